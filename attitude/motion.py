@@ -15,7 +15,7 @@ from . import units
 from .ephemeris import Ephemeris
 from .errors import InputError, RegimeError, noted, whole_number
 from .frames import rotations
-from .kernels import layout
+from .kernels.layout import INVARIANTS, REGIMES, Regime
 from .pointing.targets import angle_between, unit_vectors
 from .rigid_body.body import RigidBody
 from .rigid_body.constants_of_motion import Batch, check_rates
@@ -294,7 +294,7 @@ class TorqueFreeMotion:
         "short_axis" (the momentum circles the axis of greatest moment), "long_axis" (of the least),
         "separatrix" (neither, ever) or "constant_rate" (the body rate stays as it is).
         """
-        names = np.array(layout.REGIMES)[self._batch.fields("regime")["regime"]]
+        names = np.array(REGIMES)[self._batch.fields("regime")["regime"]]
         return str(names) if names.ndim == 0 else names
 
     @property
@@ -344,7 +344,7 @@ class TorqueFreeMotion:
         return np.where(self._is_long_axis(), twice - circling, twice + circling)[()]
 
     def _is_long_axis(self) -> np.ndarray:
-        return self._batch.fields("regime")["regime"] == layout.LONG_AXIS
+        return self._batch.fields("regime")["regime"] == Regime.LONG_AXIS
 
     def _mean_rates(self) -> tuple[np.ndarray, np.ndarray]:
         """2 lambda, and v' (half the polhode's angular rate times two), rad/s."""
@@ -368,11 +368,11 @@ class TorqueFreeMotion:
     @property
     def constants(self) -> PaperConstants:
         """m, K, K', q, omega_p, epsilon, eta, A1, A2 and psi(t) as van Zon and Schofield define them."""
-        if (self._batch.fields("regime")["regime"] == layout.CONSTANT_RATE).any():
+        if (self._batch.fields("regime")["regime"] == Regime.CONSTANT_RATE).any():
             raise RegimeError(
                 "constants: this motion has a constant body rate, for which the paper defines none"
             )
-        return PaperConstants.from_invariants(self._batch.fields(*(layout.INVARIANTS.names or ())))
+        return PaperConstants.from_invariants(self._batch.fields(*(INVARIANTS.names or ())))
 
     def __getitem__(self, key: Any) -> TorqueFreeMotion:
         """The motion of bodies of a batch, by index or slice of the batch dimensions."""

@@ -10,7 +10,8 @@ from mpmath import mp, mpf
 from numba import njit
 
 from attitude.kernels import doubledouble as dd
-from attitude.kernels import elliptic, expansion, layout
+from attitude.kernels import elliptic, expansion
+from attitude.kernels.layout import INVARIANTS, Regime, workspace
 from attitude.runtime import compiled
 
 # u^2 = 2^-106, 1.2e-32: the unit of Joldes, Muller & Popescu's theorems, whose bounds these are.
@@ -255,6 +256,6 @@ def test_constant_rate_is_decided_without_rounding(tensor, rate, expected, scale
     moments, axes = np.empty((1, 3, 2)), np.empty((1, 3, 3, 2))
     tensors, attitudes = np.array([tensor]) * scale, np.array([[1.0, 0.0, 0.0, 0.0]])
     compiled.principal_axes(tensors, moments, axes, np.empty((3, 3, 2)))
-    record = np.zeros(1, layout.INVARIANTS)
-    compiled.invariants(tensors, moments, axes, np.array([rate]), attitudes, record, *layout.workspace())
-    assert (record["regime"][0] == layout.CONSTANT_RATE) is np.bool_(expected)
+    record = np.zeros(1, INVARIANTS)
+    compiled.invariants(tensors, moments, axes, np.array([rate]), attitudes, record, *workspace())
+    assert (record["regime"][0] == Regime.CONSTANT_RATE) is np.bool_(expected)

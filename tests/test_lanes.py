@@ -9,7 +9,7 @@ import pytest
 from mpmath import mp
 
 from attitude import RigidBody, TorqueFreeMotion
-from attitude.kernels import layout
+from attitude.kernels.layout import Route
 from attitude.oracle.exact import fractions
 from attitude.oracle.theta import motion as truth_of
 from attitude.rigid_body.constants_of_motion import Batch
@@ -100,9 +100,9 @@ def test_phase_rates_have_thirty_digits_on_both_sides_of_each_edge():
         with mp.workdps(50):
             truth = truth_of(fractions(moments), fractions(rate), 50).constants()
             u_rate, K, K_prime = (mp.mpf(truth[name]) for name in ("u_rate", "K", "K_prime"))
-            on_theta = record["route"][0] == layout.THETA
+            on_theta = record["route"][0] == Route.THETA
             expected = u_rate / (4 * K) if on_theta else mp.pi * u_rate / (4 * K_prime)
             assert abs(mp.fsum(record["argument"][0].tolist()) / expected - 1) < 1e-30
             turns = mp.fsum(record["precession"][0].tolist()) * 2 * mp.pi
             assert abs(turns / truth["lambda"] - 1) < 1e-30
-    assert routes == {layout.THETA, layout.TRANSFORMED}
+    assert routes == {Route.THETA, Route.TRANSFORMED}

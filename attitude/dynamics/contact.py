@@ -18,7 +18,17 @@ from numpy.typing import ArrayLike
 from .. import stopping
 from ..errors import InputError
 from ..frames import rotations
-from ..kernels import layout
+from ..kernels.layout import (
+    INVARIANTS,
+    RIM_POINTS,
+    BounceState,
+    ContactRow,
+    CornerKind,
+    FlightEnd,
+    FlightRow,
+    TouchRow,
+    workspace,
+)
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse
 from ..rigid_body.phase_limit import max_phase_rate, refuse_too_far
@@ -121,16 +131,15 @@ class GroundPlane(NamedTuple):
         return position @ up - self.height + (normal @ shape.corners.T).min(axis=-1) - depth
 
     def numbers(self, mass: float, gravity: np.ndarray) -> np.ndarray:
-        """Plane, gravity, mass and shape as kernels take them (`kernels.layout`, WORLD_WIDTH)."""
+        """Plane, gravity, mass and shape as kernels take them (`kernels.layout.GroundRow`)."""
         shape, axis = self.shape, self.shape.axis
-        rounded = layout.BALL if axis is None else layout.RIM
-        out = np.zeros(layout.WORLD_WIDTH)
-        out[0], out[1:4], out[4:7], out[7] = mass, gravity, self.unit_normal, self.height
-        out[8:10] = self.restitution, self.friction
-        out[10], out[11] = rounded if shape.corner_radius > 0.0 else layout.SHARP, shape.corner_radius
-        out[12:15] = (0.0, 0.0, 0.0) if axis is None else axis
-        out[15:] = shape.reach, shape.size
-        return out
+        rounded = CornerKind.BALL if axis is None else CornerKind.RIM
+        kind = rounded if shape.corner_radius > 0.0 else CornerKind.SHARP
+        laws = self.height, self.restitution, self.friction, kind, shape.corner_radius
+        direction = np.zeros(3) if axis is None else axis
+        return np.concatenate(
+            [[mass], gravity, self.unit_normal, laws, direction, [shape.reach, shape.size]], dtype=float
+        )
 
 
 @dataclass(frozen=True)
@@ -142,7 +151,7 @@ class Flight:
     quaternion (k, 4) wxyz, rate (k, 3) rad/s body frame, position (k, 3) m, velocity (k, 3) m/s
     seconds : (k,), s, the instants up to the end; rest : their second part, or None
     events : impulses, contacts and, where the body comes to rest on the ground, the end
-    starts : (m, FLIGHT_WIDTH), of each flight (`kernels.layout`); records : (m,) of INVARIANTS
+    starts : (m, FlightRow.WIDTH), of each flight (`kernels.layout`); records : (m,) of INVARIANTS
     """
 
     quaternion: np.ndarray
@@ -233,12 +242,12 @@ class _FlightLog:
             *(corners, ground.numbers(self.mass, gravity)),
         )
         self._scratch = (
-            *layout.workspace(),
+            *workspace(),
             *(np.empty((1, 3)), np.empty((1, 4))),
             *(np.empty(1), np.empty((4, 1, 1)), np.empty((3, 1, 1))),
-            np.empty((len(corners) * layout.RIM_POINTS, layout.TOUCH_WIDTH)),
+            np.empty((len(corners) * RIM_POINTS, TouchRow.WIDTH)),
         )
-        self._state = np.zeros(8)
+        self._state = np.zeros(BounceState.WIDTH)
         state = initial_state.attitude, initial_state.rate, initial_state.position, initial_state.velocity
         self._start = np.concatenate([(0.0, 0.0), *state])
         self._starts: list[np.ndarray] = []
@@ -250,75 +259,85 @@ class _FlightLog:
         """Fly until hi + lo, s; False if the body comes to rest before."""
         while True:
             size = FLIGHTS_PER_CALL[bool(self._records)]
-            records, starts = np.zeros(size, layout.INVARIANTS), np.empty((size + 1, layout.FLIGHT_WIDTH))
-            contacts = np.empty((size, layout.CONTACT_WIDTH))
-            starts[0], self._state[6:] = self._start, (hi, lo)
+            records, starts = np.zeros(size, INVARIANTS), np.empty((size + 1, FlightRow.WIDTH))
+            contacts = np.empty((size, ContactRow.WIDTH))
+            starts[0], self._state[BounceState.UNTIL :] = self._start, (hi, lo)
             stop = stopping.current()
             compiled.bounce(*self._inputs, self._state, stop.flag, records, starts, contacts, *self._scratch)
             stop.check()
-            outcome, count = int(self._state[2]), int(self._state[3])
+            outcome, count = int(self._state[BounceState.END]), int(self._state[BounceState.CONTACTS])
             self._refuse(outcome, starts[count])
             self._append(records, starts, contacts[:count], outcome)
-            if outcome == layout.TIME_IS_UP:
+            if outcome == FlightEnd.TIME_IS_UP:
                 return True
-            if outcome == layout.AT_REST:
-                self.end = float(self._state[4]), float(self._state[5])
+            if outcome == FlightEnd.AT_REST:
+                self.end = self._ended()
                 self.events.append(Event(self.end[0], "rest", CONTACT_PERSISTS))
                 return False
 
     def _append(self, records: np.ndarray, starts: np.ndarray, contacts: np.ndarray, outcome: int) -> None:
-        flights = len(contacts) + (outcome != layout.NO_ROOM)
+        flights = len(contacts) + (outcome != FlightEnd.NO_ROOM)
         self._records.append(records[:flights])
         self._starts.append(starts[:flights])
         self._start = starts[len(contacts)]
-        durations = np.diff(starts[:flights, 0], append=self._state[4])
+        durations = np.diff(starts[:flights, FlightRow.TIME], append=self._ended()[0])
         refuse_too_far(max_phase_rate(records[:flights]), float(durations.max()))
         self._append_contacts(contacts, starts[1 : len(contacts) + 1])
         if len(self.events) > MAX_CONTACTS:
-            expected = f"a span with at most {MAX_CONTACTS} contacts (exceeded at {self._start[0]:.6g} s)"
+            exceeded = self._start[FlightRow.TIME]
+            expected = f"a span with at most {MAX_CONTACTS} contacts (exceeded at {exceeded:.6g} s)"
             raise InputError("times", f"more than {MAX_CONTACTS} contacts", expected)
 
     def _append_contacts(self, contacts: np.ndarray, after: np.ndarray) -> None:
-        """Append events for contacts, (k, CONTACT_WIDTH), and the flights that begin with them."""
-        lost = self._energy(contacts[:, 11:14], contacts[:, 8:11])
-        lost -= self._energy(after[:, 12:15], after[:, 6:9])
-        for row, state, energy in zip(contacts, after, lost.tolist(), strict=True):
-            count, speed = int(row[0]), float(row[1])
+        """Append events for contacts, (k, ContactRow.WIDTH), and the flights that begin with them."""
+        velocity, rate = _vector(contacts, ContactRow.VELOCITY), _vector(contacts, ContactRow.RATE)
+        velocity_after, rate_after = _vector(after, FlightRow.VELOCITY), _vector(after, FlightRow.RATE)
+        lost = self._energy(velocity, rate) - self._energy(velocity_after, rate_after)
+        for i, row in enumerate(contacts):
+            count, speed = int(row[ContactRow.POINTS]), float(row[ContactRow.SPEED])
             details = {
                 "points": count,
                 "normal_speed": speed,
-                "impulse": row[2:5],
-                "point": row[5:8],
-                "energy_lost": energy,
-                "rate_before": row[8:11],
-                "rate_after": state[6:9],
-                "velocity_before": row[11:14],
-                "velocity_after": state[12:15],
+                "impulse": _vector(row, ContactRow.IMPULSE),
+                "point": _vector(row, ContactRow.CENTRE),
+                "energy_lost": float(lost[i]),
+                "rate_before": rate[i],
+                "rate_after": rate_after[i],
+                "velocity_before": velocity[i],
+                "velocity_after": velocity_after[i],
             }
             text = f"contact with the ground at {count} point{'s'[: count > 1]}, {speed:.6g} m/s"
-            self.events.append(Event(float(state[0]), "contact", text, details))
+            self.events.append(Event(float(after[i, FlightRow.TIME]), "contact", text, details))
+
+    def _ended(self) -> tuple[float, float]:
+        """When the last call ended, s, in two parts."""
+        return float(self._state[BounceState.TIME]), float(self._state[BounceState.TIME + 1])
 
     def _energy(self, velocity: np.ndarray, rate: np.ndarray) -> np.ndarray:
         linear, angular = (velocity * velocity).sum(axis=1), ((rate @ self.tensor) * rate).sum(axis=1)
         return 0.5 * (self.mass * linear + angular)
 
     def _refuse(self, outcome: int, start: np.ndarray) -> None:
-        if outcome == layout.OUT_OF_RANGE:
+        if outcome == FlightEnd.OUT_OF_RANGE:
             expected = "a motion that stays within the range of a double"
-            raise InputError("angular_velocity", start[6:9].tolist(), expected)
-        if outcome == layout.TOO_LONG:
-            expected = f"a shorter span (from {start[0]:.6g} s on the body rotates close to the ground)"
-            raise InputError("times", float(self._state[4]), expected)
+            raise InputError("angular_velocity", _vector(start, FlightRow.RATE).tolist(), expected)
+        if outcome == FlightEnd.TOO_LONG:
+            expected = (
+                f"a shorter span (from {start[FlightRow.TIME]:.6g} s on the body rotates close to the ground)"
+            )
+            raise InputError("times", self._ended()[0], expected)
 
     def apply(self, impulse: AppliedImpulse) -> None:
         """Change the momentum at the end of the last flight."""
-        hi, lo = float(self._state[4]), float(self._state[5])
+        hi, lo = self._ended()
         start, record = self._starts[-1][-1], self._records[-1][-1:]
-        time = np.array([(hi - start[0]) + (lo - start[1])])
+        time = np.array([(hi - start[FlightRow.TIME]) + (lo - start[FlightRow.TIME_LOW])])
         q, w = np.empty((4, 1, 1)), np.empty((3, 1, 1))
         compiled.sample(record, time, None, q, w, 0, 0, 1)
         attitude, rate = q[:, 0, 0], w[:, 0, 0]
-        position, velocity = parabola(start[9:12], start[12:15], self.gravity, time[0])
+        position, velocity = parabola(
+            _vector(start, FlightRow.POSITION), _vector(start, FlightRow.VELOCITY), self.gravity, time[0]
+        )
         angular, linear = np.asarray(impulse.angular, dtype=float), np.asarray(impulse.linear, dtype=float)
         if impulse.inertial:
             angular = rotations.rotate(attitude * (1.0, -1.0, -1.0, -1.0), angular)
@@ -326,7 +345,7 @@ class _FlightLog:
             linear = rotations.rotate(attitude, linear)
         rate = rate + np.linalg.solve(self.tensor, angular)
         self._start = np.concatenate([(hi, lo), attitude, rate, position, velocity + linear / self.mass])
-        self._state[1] = 0.0
+        self._state[BounceState.QUICK_CONTACTS] = 0.0
         details = {"angular_impulse": angular, "impulse": linear}
         self.events.append(Event(hi, "impulse", "impulse by a thruster", details))
 
@@ -345,19 +364,26 @@ class _FlightLog:
             record = records[flight[first] : flight[first] + 1]
             compiled.sample(record, time, time_low, q, w, 0, first, last)
         start = starts[flight]
-        position, velocity = parabola(start[:, 9:12], start[:, 12:15], self.gravity, time)
+        position, velocity = parabola(
+            _vector(start, FlightRow.POSITION), _vector(start, FlightRow.VELOCITY), self.gravity, time
+        )
         rest = None if rest is None else low
         return Flight(q[:, 0].T, w[:, 0].T, position, velocity, seconds, rest, self.events, starts, records)
+
+
+def _vector(rows: np.ndarray, first: int) -> np.ndarray:
+    """(..., 3): numbers of each row, from `first` on."""
+    return rows[..., first : first + 3]
 
 
 def _since_start(
     starts: np.ndarray, seconds: np.ndarray, low: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Index of the last flight that has begun at each instant, and the time since then in two parts."""
-    flight = np.searchsorted(starts[:, 0], seconds, side="right") - 1
+    flight = np.searchsorted(starts[:, FlightRow.TIME], seconds, side="right") - 1
     while True:
         stopping.check()
-        hi, lo = starts[flight, 0], starts[flight, 1]
+        hi, lo = starts[flight, FlightRow.TIME], starts[flight, FlightRow.TIME_LOW]
         early = ((seconds - hi) + (low - lo) < 0.0) & (flight > 0)
         if not early.any():
             break

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import RegimeError
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import CachedTorque
 from ..problem.torque_rows import turned
@@ -97,7 +97,7 @@ def exact_motion(
     if solver not in (None, "automatic") or not at_all_times or not all(t.follows_axes for t in torques):
         return None
     rows = np.concatenate([torque.own_rows for torque in torques])
-    if not (rows[:, 0] == layout.WHEELS).all():
+    if not (rows[:, 0] == EffectCode.WHEELS).all():
         law, rate = momentum_law(initial_state, rows, impulses) or (None, None)
         return law and ExactMotion(np.zeros(3), law, rate if law.start == 0.0 else None)
     exact = ExactMotion(rows[:, 1:4].sum(axis=0))

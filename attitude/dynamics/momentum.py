@@ -9,7 +9,7 @@ import numpy as np
 from .. import stopping
 from ..errors import InputError
 from ..frames import rotations
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..problem.torque_rows import turned
@@ -53,10 +53,10 @@ def rotors_and_dissipation(
             states = [bodies.initial_state(template, i) for i in range(len(bodies))]
             rows, axes = np.stack([torque.rows(state) for state in states]), bodies.axes
         for k in range(rows.shape[1]):
-            if rows[0, k, 0] == layout.WHEELS:
+            if rows[0, k, 0] == EffectCode.WHEELS:
                 added = rows[:, k, 1:4]
                 rotors = rotors + (added if axes is None else turned(np.swapaxes(axes, 1, 2), added))
-            elif rows[0, k, 0] == layout.DISSIPATION:
+            elif rows[0, k, 0] == EffectCode.DISSIPATION:
                 alpha = alpha + rows[:, k, 1]
     return rotors, alpha
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState
 from ..rigid_body.driven_motion import MomentumLaw
 from ..times.two_part import two_part
@@ -29,10 +29,13 @@ def momentum_law(
 
     Parameters
     ----------
-    rows : (k, EFFECT_WIDTH), along the axes of the body's own frame, that act at all times
+    rows : (k, EffectRow.WIDTH), along the axes of the body's own frame, that act at all times
     impulses : whether impulses will change the state: then only what keeps the direction of any motion serves
     """
-    if not np.isin(rows[:, 0], (layout.CONSTANT_BODY, layout.CONSTANT_INERTIAL, layout.EDDY)).all():
+    if not np.isin(
+        rows[:, 0],
+        (EffectCode.CONSTANT_BODY, EffectCode.CONSTANT_INERTIAL, EffectCode.EDDY),
+    ).all():
         return None
     inertia, damping = [_exact(row) for row in initial_state.body.tensor], _damping(rows)
     rate, torques = _exact(initial_state.rate), _torques(initial_state, rows)
@@ -76,7 +79,7 @@ def _about_an_axis(
 
 def _damping(rows: np.ndarray) -> list[Vector]:
     """The sum of the eddies' tensors."""
-    eddies = rows[rows[:, 0] == layout.EDDY]
+    eddies = rows[rows[:, 0] == EffectCode.EDDY]
     tensors = [[_exact(row[first : first + 3]) for first in (1, 4, 7)] for row in eddies]
     return [[sum((tensor[i][j] for tensor in tensors), Fraction(0)) for j in range(3)] for i in range(3)]
 
@@ -101,9 +104,9 @@ def _torques(initial_state: InitialState, rows: np.ndarray) -> tuple[Vector, Vec
     )
     for row in rows:
         vector = _exact(row[1:4])
-        if row[0] == layout.CONSTANT_BODY:
+        if row[0] == EffectCode.CONSTANT_BODY:
             own = [a + b for a, b in zip(own, vector, strict=True)]
-        elif row[0] == layout.CONSTANT_INERTIAL:
+        elif row[0] == EffectCode.CONSTANT_INERTIAL:
             inertial = [a + _dot(column, vector) / norm for a, column in zip(inertial, columns, strict=True)]
     return own, inertial
 

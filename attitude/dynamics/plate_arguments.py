@@ -8,15 +8,14 @@ from functools import cache
 
 import numpy as np
 
-from ..kernels import layout
 from ..kernels.gauss_legendre import gauss_scheme
-from ..kernels.solvers import plate_layout
-from ..kernels.solvers.plate_layout import ARC_NODES
+from ..kernels.layout import BodyRow, EffectCode, EffectRow, SolarRow
+from ..kernels.solvers.plate_layout import ARC_NODES, ArcRow, FormRow, Light, PlateRow
 from ..problem.initial_state import InitialState, Spin
 from ..problem.torque_model import CachedTorque
 from .momentum import nutation_rates
 
-PLATES = (layout.SOLAR_PLATE, layout.DRAG_PLATE)
+PLATES = (EffectCode.SOLAR_PLATE, EffectCode.DRAG_PLATE)
 
 
 @dataclass(frozen=True)
@@ -27,10 +26,10 @@ class PlateArguments:
     ----------
     constant : (n, 3) N m, torques that are constant in the body
     pace : (n,) 1/s2, square of the rate at which torques and losses change the motion
-    plates : (n, P, PLATE_WIDTH); base : (n, S, FORM_WIDTH); sources : (n, S, SOURCE_WIDTH)
-    user_rows : (n, U, EFFECT_WIDTH)
+    plates : (n, P, PlateRow.WIDTH); base : (n, S, FormRow.WIDTH); sources : (n, S, EffectRow.WIDTH)
+    user_rows : (n, U, EffectRow.WIDTH)
     cuts : (c,) s, where arcs end besides at edges; lights : (c + 1, S), of the sources between them
-    air : (m, AIR_WIDTH), pieces of the density, to which sources refer
+    air : (m, AirPiece.WIDTH), pieces of the density, to which sources refer
     """
 
     constant: np.ndarray
@@ -51,9 +50,9 @@ def plate_arguments(
     rows: np.ndarray,
     air: np.ndarray,
 ) -> PlateArguments:
-    """Sort the rows of the effects (n, k, EFFECT_WIDTH) into sources, their forms, and plates.
+    """Sort the rows of the effects (n, k, EffectRow.WIDTH) into sources, their forms, and plates.
 
-    body : (n, STEPPED_BODY); air : as of PlateArguments
+    body : (n, BodyRow.WIDTH); air : as of PlateArguments
     """
     n = len(body)
     codes = rows[0, :, 0].astype(int)
@@ -62,29 +61,29 @@ def plate_arguments(
     plates: list[np.ndarray] = []
     keys: dict[bytes, int] = {}
     for k, code in enumerate(codes):
-        if code in (layout.CONSTANT_BODY, layout.USER):
+        if code in (EffectCode.CONSTANT_BODY, EffectCode.USER):
             continue
         row = rows[:, k]
         if code in PLATES:
             source = row.copy()
-            source[:, 1 : 8 if code == layout.DRAG_PLATE else 10] = 0.0
+            source[:, 1 : 8 if code == EffectCode.DRAG_PLATE else 10] = 0.0
             key = source[0].tobytes()
             if key not in keys:
                 keys[key] = len(sources)
                 sources.append(source)
-                forms.append(np.zeros((n, plate_layout.FORM_WIDTH)))
+                forms.append(np.zeros((n, FormRow.WIDTH)))
             plates.append(_plate(row, keys[key]))
         else:
             sources.append(row)
             forms.append(_form(row, body))
     cuts, lights = _lights(template, torques, [source[0] for source in sources])
     return PlateArguments(
-        rows[:, codes == layout.CONSTANT_BODY, 1:4].sum(axis=1),
+        rows[:, codes == EffectCode.CONSTANT_BODY, 1:4].sum(axis=1),
         _pace(torques, body),
-        np.stack(plates, axis=1) if plates else np.zeros((n, 0, plate_layout.PLATE_WIDTH)),
-        np.stack(forms, axis=1) if forms else np.zeros((n, 0, plate_layout.FORM_WIDTH)),
-        np.stack(sources, axis=1) if sources else np.zeros((n, 0, plate_layout.SOURCE_WIDTH)),
-        np.ascontiguousarray(rows[:, codes == layout.USER]),
+        np.stack(plates, axis=1) if plates else np.zeros((n, 0, PlateRow.WIDTH)),
+        np.stack(forms, axis=1) if forms else np.zeros((n, 0, FormRow.WIDTH)),
+        np.stack(sources, axis=1) if sources else np.zeros((n, 0, EffectRow.WIDTH)),
+        np.ascontiguousarray(rows[:, codes == EffectCode.USER]),
         cuts,
         lights,
         air,
@@ -103,38 +102,38 @@ def edges_per_turn(torques: Sequence[CachedTorque]) -> int:
 
 def _pace(torques: Sequence[CachedTorque], body: np.ndarray) -> np.ndarray:
     """(n,) 1/s2: torques that depend on no spin, over the least moment; eddies and nutation, squared."""
-    moments = body[:, layout.MOMENTS : layout.MOMENTS + 3]
+    moments = body[:, BodyRow.MOMENTS : BodyRow.MOMENTS + 3]
     still = Spin(np.zeros(len(body)), np.zeros(len(body)))
     size = sum((torque.sizes(moments, still) for torque in torques), np.zeros(len(body)))
     least = moments.min(axis=1)
-    eddies = np.abs(body[:, layout.EDDIES : layout.EDDIES + 9]).max(axis=1)
-    nutation = nutation_rates(moments, body[:, layout.ROTORS : layout.ROTORS + 3])
+    eddies = np.abs(body[:, BodyRow.EDDIES : BodyRow.EDDIES + 9]).max(axis=1)
+    nutation = nutation_rates(moments, body[:, BodyRow.ROTORS : BodyRow.ROTORS + 3])
     return np.asarray(size / least + (eddies / least) ** 2 + nutation**2)
 
 
 def _plate(row: np.ndarray, source: int) -> np.ndarray:
-    """(n, PLATE_WIDTH), of rows (n, EFFECT_WIDTH)."""
-    plate = np.zeros((len(row), plate_layout.PLATE_WIDTH))
-    plate[:, plate_layout.SOURCE] = source
-    plate[:, plate_layout.NORMAL : plate_layout.NORMAL + 3] = row[:, 1:4]
-    plate[:, plate_layout.CENTRE : plate_layout.CENTRE + 3] = row[:, 4:7]
-    plate[:, plate_layout.ALONG] = row[:, 7]
-    if row[0, 0] == layout.SOLAR_PLATE:
+    """(n, PlateRow.WIDTH), of rows (n, EffectRow.WIDTH)."""
+    plate = np.zeros((len(row), PlateRow.WIDTH))
+    plate[:, PlateRow.SOURCE] = source
+    plate[:, PlateRow.NORMAL : PlateRow.NORMAL + 3] = row[:, 1:4]
+    plate[:, PlateRow.CENTRE : PlateRow.CENTRE + 3] = row[:, 4:7]
+    plate[:, PlateRow.ALONG] = row[:, 7]
+    if row[0, 0] == EffectCode.SOLAR_PLATE:
         area, specular, diffuse = row[:, 7:10].T
-        plate[:, plate_layout.ALONG] = area * (1.0 - specular)
-        plate[:, plate_layout.SCATTERED] = 2.0 / 3.0 * area * diffuse
-        plate[:, plate_layout.MIRRORED] = 2.0 * area * specular
+        plate[:, PlateRow.ALONG] = area * (1.0 - specular)
+        plate[:, PlateRow.SCATTERED] = 2.0 / 3.0 * area * diffuse
+        plate[:, PlateRow.MIRRORED] = 2.0 * area * specular
     return plate
 
 
 def _form(row: np.ndarray, body: np.ndarray) -> np.ndarray:
-    """(n, FORM_WIDTH): torque of a source without plates for a strength of 1."""
-    form, code = np.zeros((len(row), plate_layout.FORM_WIDTH)), row[0, 0]
-    if code == layout.GRAVITY_GRADIENT:  # e x I e
-        I1, I2, I3 = body[:, layout.MOMENTS : layout.MOMENTS + 3].T
-        quadratic = form[:, plate_layout.QUADRATIC :].reshape(-1, 3, 6)
+    """(n, FormRow.WIDTH): torque of a source without plates for a strength of 1."""
+    form, code = np.zeros((len(row), FormRow.WIDTH)), row[0, 0]
+    if code == EffectCode.GRAVITY_GRADIENT:  # e x I e
+        I1, I2, I3 = body[:, BodyRow.MOMENTS : BodyRow.MOMENTS + 3].T
+        quadratic = form[:, FormRow.QUADRATIC :].reshape(-1, 3, 6)
         quadratic[:, 0, 5], quadratic[:, 1, 4], quadratic[:, 2, 3] = I3 - I2, I1 - I3, I2 - I1
-    elif code == layout.CONSTANT_INERTIAL:
+    elif code == EffectCode.CONSTANT_INERTIAL:
         form[:, 0] = form[:, 4] = form[:, 8] = 1.0
     else:  # the body's dipole x field
         x, y, z = row[:, 1:4].T
@@ -154,17 +153,17 @@ def _lights(
     cuts = np.unique(np.concatenate([np.zeros(0), *cuts_of]))
     ends = np.concatenate([cuts[:1] - 2.0, cuts, cuts[-1:] + 2.0]) if cuts.size else np.zeros(2)
     between = 0.5 * (ends[1:] + ends[:-1])
-    lights = np.full((between.size, len(sources)), float(plate_layout.FULL_STRENGTH))
+    lights = np.full((between.size, len(sources)), float(Light.FULL))
     for k, source in enumerate(sources):
-        if source[0] == layout.SOLAR_PLATE and source[plate_layout.SHADOW] in passages:
-            passage = passages[int(source[plate_layout.SHADOW])]
+        if source[0] == EffectCode.SOLAR_PLATE and source[SolarRow.SHADOW] in passages:
+            passage = passages[int(source[SolarRow.SHADOW])]
             lights[:, k] = passage.kinds[np.searchsorted(passage.edges, between)]
     return cuts, lights
 
 
 @cache
 def scheme() -> np.ndarray:
-    """(SCHEME_ROWS * ARC_NODES,): the workspace with Gauss's scheme of eight nodes, order 16, in its layout.
+    """(ArcRow.SOURCES * ARC_NODES,): the workspace with Gauss's scheme of eight nodes, order 16, in its rows.
 
     As the solver's (`solver.scheme`); a sum of Legendre polynomials becomes one of powers by whole numbers.
     """
@@ -173,10 +172,10 @@ def scheme() -> np.ndarray:
     powers = np.zeros((n, n), np.longdouble)
     for i in range(n):
         powers[i, : i + 1] = np.polynomial.legendre.leg2poly(np.eye(n)[i])[: i + 1]
-    work = np.zeros((plate_layout.SCHEME_ROWS, n))
-    work[plate_layout.AT], work[plate_layout.WEIGHTS] = 0.5 * (1.0 + gauss.nodes), gauss.weights
-    work[plate_layout.MATRIX : plate_layout.MATRIX + n] = gauss.to_coefficients @ gauss.integrals
-    work[plate_layout.TO_POWERS : plate_layout.TO_POWERS + n] = gauss.to_coefficients @ powers
-    work[plate_layout.AT_END] = gauss.to_coefficients.sum(axis=1)
+    work = np.zeros((ArcRow.SOURCES, n))
+    work[ArcRow.NODE], work[ArcRow.WEIGHT] = 0.5 * (1.0 + gauss.nodes), gauss.weights
+    work[ArcRow.MATRIX : ArcRow.MATRIX + n] = gauss.to_coefficients @ gauss.integrals
+    work[ArcRow.TO_POWERS : ArcRow.TO_POWERS + n] = gauss.to_coefficients @ powers
+    work[ArcRow.AT_END] = gauss.to_coefficients.sum(axis=1)
     work.flags.writeable = False
     return work.reshape(-1)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import stopping
-from ..kernels.solvers import plate_layout
+from ..kernels.solvers.plate_layout import ARC_NODES, MARCHED, ArcRow, FormRow, SourceRow
 from ..problem.torque_model import CachedTorque
 from ..runtime import compiled
 from .plate_arguments import scheme
@@ -23,15 +23,15 @@ def take_arcs(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     assert plates is not None
     records = _records(task)
     sources = plates.sources.shape[1]
-    rows = plate_layout.SCHEME_ROWS + plate_layout.ROWS_PER_SOURCE * sources
-    work = workspace(rows * plate_layout.ARC_NODES, scheme())
+    rows = ArcRow.SOURCES + SourceRow.ROWS * sources
+    work = workspace(rows * ARC_NODES, scheme())
     try:
         compiled.march(
             *(records, np.array([task.start, task.stop]), task.instants, task.out),
             *(work, stopping.current().flag),
             *(plates.plates, plates.base, plates.sources, plates.user_rows),
             np.zeros((plates.plates.shape[1], 2)),
-            np.zeros((sources, plate_layout.FORM_WIDTH)),
+            np.zeros((sources, FormRow.WIDTH)),
             *(plates.cuts, plates.lights, *arguments.surroundings, plates.air),
         )
         stopping.current().check()
@@ -47,7 +47,7 @@ def _records(task: SolverTask) -> np.ndarray:
     """(k,) records of MARCHED: the bodies of a task."""
     plates, which, setting = task.arguments.plates, task.which, task.setting
     assert plates is not None
-    records = np.zeros(len(which), plate_layout.MARCHED)
+    records = np.zeros(len(which), MARCHED)
     records["index"], records["state"] = which, task.states[which]
     records["body"] = task.arguments.body[which]
     records["constant"], records["pace"] = plates.constant[which], plates.pace[which]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import reached_spin
 from .angular_rates import max_angular_rates
@@ -47,7 +47,7 @@ def predict(problem: TorqueProblem, candidate: Candidate) -> Prediction:
     What errors grow to, and how fast a body turns that torques spin up, depends on the motion.  Where a
     torque is a user's, whose cost is not known, the trial of the steps is the prediction.
     """
-    if any((torque.own_rows[:, 0] == layout.USER).any() for torque in problem.torques):
+    if any((torque.own_rows[:, 0] == EffectCode.USER).any() for torque in problem.torques):
         return _beyond(problem, candidate.error, candidate.seconds, 1.0)
     part, work, growth = _first_part(problem, candidate), 0.0, 1.0
     while True:

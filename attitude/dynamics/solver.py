@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import stopping
-from ..kernels import layout
 from ..kernels.gauss_legendre import gauss_scheme
-from ..kernels.layout import NODES
+from ..kernels.layout import HALF, NODES, ROWS_PER_EFFECT, STEPPED, StepRow
 from ..problem.torque_model import CachedTorque
 from ..runtime import compiled
 from .solver_arguments import SolverArguments
@@ -65,7 +64,7 @@ class SolverTask(NamedTuple):
     Attributes
     ----------
     arguments : of the whole block, n; which : (k,), indices of the bodies to step
-    states : (n, STATE), at the start; changed into those at the end
+    states : (n, StepState.WIDTH), at the start; changed into those at the end
     start, stop : s; instants : (2, m), two-part, within, in that direction
     setting : StepSetting
     out : (n, OUTPUTS, m), written
@@ -98,7 +97,7 @@ class SolverWork(NamedTuple):
 def take_steps(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     """Step the bodies of a task; raises what a user's function raised while stepping, and Stopped."""
     records, arguments = _records(task), task.arguments
-    rows = layout.KNOWN + layout.KNOWN_ROWS * arguments.effects.shape[1]
+    rows = StepRow.EFFECTS + ROWS_PER_EFFECT * arguments.effects.shape[1]
     work = workspace(rows * NODES, scheme())
     span, flag = np.array([task.start, task.stop]), stopping.current().flag
     orbit = arguments.surroundings[:2]
@@ -130,7 +129,7 @@ def _records(task: SolverTask) -> np.ndarray:
         return value[which] if isinstance(value, np.ndarray) else value
 
     coarsely = own(setting.coarsely)
-    records = np.zeros(len(which), layout.STEPPED)
+    records = np.zeros(len(which), STEPPED)
     records["index"], records["state"] = which, task.states[which]
     records["body"] = task.arguments.body[which]
     records["symmetric"] = task.arguments.symmetric[which]
@@ -161,19 +160,19 @@ def vector_lengths(vectors: np.ndarray) -> np.ndarray:
 
 @cache
 def scheme() -> np.ndarray:
-    """(KNOWN * NODES,): the collocation's workspace with Gauss's scheme in its rows.
+    """(StepRow.EFFECTS * NODES,): the collocation's workspace with Gauss's scheme in its rows.
 
     Each node of the first half is followed, half the nodes later, by the one that mirrors it.
     """
-    half, numbers = layout.HALF, np.arange(NODES)
+    half, numbers = HALF, np.arange(NODES)
     mirrored = np.concatenate([numbers[:half], numbers[:half][::-1] + half])
     gauss = gauss_scheme(NODES)
     to_coefficients = gauss.to_coefficients[mirrored]
     matrix = (to_coefficients @ gauss.integrals[:, mirrored])[:, :half]
-    work = np.zeros((layout.KNOWN, NODES))
-    work[layout.AT], work[layout.WEIGHTS] = 0.5 * (1.0 + gauss.nodes[mirrored]), gauss.weights[mirrored]
-    work[layout.MATRIX : layout.MATRIX + half, :half] = 0.5 * (matrix[:half] + matrix[half:])
-    work[layout.MATRIX : layout.MATRIX + half, half:] = 0.5 * (matrix[:half] - matrix[half:])
-    work[layout.LEGENDRE : layout.LEGENDRE + NODES] = to_coefficients
+    work = np.zeros((StepRow.EFFECTS, NODES))
+    work[StepRow.NODE], work[StepRow.WEIGHT] = 0.5 * (1.0 + gauss.nodes[mirrored]), gauss.weights[mirrored]
+    work[StepRow.MATRIX : StepRow.MATRIX + half, :half] = 0.5 * (matrix[:half] + matrix[half:])
+    work[StepRow.MATRIX : StepRow.MATRIX + half, half:] = 0.5 * (matrix[:half] - matrix[half:])
+    work[StepRow.LEGENDRE : StepRow.LEGENDRE + NODES] = to_coefficients
     work.flags.writeable = False
     return work.reshape(-1)

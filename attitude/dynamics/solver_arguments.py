@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..frames import rotations
-from ..kernels import layout
+from ..kernels.layout import ORBIT_WIDTH, BodyRow, EffectCode, EffectRow, StepState
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..problem.torque_rows import number_pieces, turned_rows
@@ -19,9 +19,9 @@ from .plate_arguments import PLATES, PlateArguments, plate_arguments
 # Moments that differ by less are those of a symmetric body: this is rounding of the inertia given.
 SYMMETRY_TOLERANCE = 1e-15
 # Rows that act without a torque of their own, or linearly: they become part of the body.
-ABSORBED = (layout.WHEELS, layout.DISSIPATION, layout.EDDY)
+ABSORBED = (EffectCode.WHEELS, EffectCode.DISSIPATION, EffectCode.EDDY)
 # Torques that come and go while the body turns: not smooth in time.
-NOT_SMOOTH = {layout.USER}
+NOT_SMOOTH = {EffectCode.USER}
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class SolverArguments:
 
     Attributes
     ----------
-    body : (n, STEPPED_BODY); symmetric : (n,), whether about the third axis
+    body : (n, BodyRow.WIDTH); symmetric : (n,), whether about the third axis
     to_axes : (n, 4), the turn from the body's frame to the axes
-    effects : (n, k, EFFECT_WIDTH); surroundings : orbit, its pieces, sun, its pieces
+    effects : (n, k, EffectRow.WIDTH); surroundings : orbit, its pieces, sun, its pieces
     plates : what the march between the edges of plates reads, where there are any
     """
 
@@ -62,37 +62,39 @@ class SolverArguments:
     def pushed(self, momenta: np.ndarray) -> SolverArguments:
         """Arguments of bodies that are pushed along their rate, (n,) N m s; a symmetric body is not."""
         body = self.body.copy()
-        diagonal = [layout.EDDIES, layout.EDDIES + 4, layout.EDDIES + 8]
+        diagonal = [BodyRow.EDDIES, BodyRow.EDDIES + 4, BodyRow.EDDIES + 8]
         body[:, diagonal] -= np.where(self.symmetric, 0.0, momenta)[:, None]
         return replace(self, body=body)
 
     def states(
         self, attitude: np.ndarray, momentum: np.ndarray, rate: np.ndarray | None = None
     ) -> np.ndarray:
-        """(n, STATE): of attitudes (n, 4) of the body's own frame and momenta (n, 3), both inertial.
+        """(n, StepState.WIDTH): of attitudes (n, 4) of the body's own frame and momenta (n, 3), inertial.
 
         rate : (n, 3) rad/s, body frame, from which the momentum along an axis of symmetry is good to its own
             rounding; read off the whole momentum it would be good to that of the whole
         """
-        states = np.zeros((len(self.body), layout.STATE))
+        states = np.zeros((len(self.body), StepState.WIDTH))
         own = rotations.product(attitude, rotations.conjugate(self.to_axes))
-        states[:, layout.ATTITUDE : layout.ATTITUDE + 4] = own
-        states[:, layout.MOMENTUM : layout.MOMENTUM + 3] = momentum
-        states[:, layout.AXIAL] = rotations.rotate(rotations.conjugate(own), momentum)[:, 2]
+        states[:, StepState.ATTITUDE : StepState.ATTITUDE + 4] = own
+        states[:, StepState.MOMENTUM : StepState.MOMENTUM + 3] = momentum
+        states[:, StepState.AXIAL] = rotations.rotate(rotations.conjugate(own), momentum)[:, 2]
         if rate is not None:
             along = rotations.rotate(self.to_axes, rate)[:, 2]
-            axial = self.body[:, layout.MOMENTS + 2] * along + self.body[:, layout.ROTORS + 2]
-            states[:, layout.AXIAL] = np.where(self.symmetric, axial, states[:, layout.AXIAL])
+            axial = self.body[:, BodyRow.MOMENTS + 2] * along + self.body[:, BodyRow.ROTORS + 2]
+            states[:, StepState.AXIAL] = np.where(self.symmetric, axial, states[:, StepState.AXIAL])
         return states
 
     def add_impulse(
         self, states: np.ndarray, attitude: np.ndarray, impulse: AppliedImpulse, sign: float
     ) -> None:
         """Change states by an impulse, or take it back (sign -1); attitude : (n, 4), those of the states."""
-        states[:, layout.MOMENTUM : layout.MOMENTUM + 3] += sign * inertial_components(impulse, attitude)
+        states[:, StepState.MOMENTUM : StepState.MOMENTUM + 3] += sign * inertial_components(
+            impulse, attitude
+        )
         angular = np.broadcast_to(impulse.angular, (len(states), 3))
         own = rotations.rotate(rotations.conjugate(attitude), angular) if impulse.inertial else angular
-        states[:, layout.AXIAL] += sign * rotations.rotate(self.to_axes, own)[:, 2]
+        states[:, StepState.AXIAL] += sign * rotations.rotate(self.to_axes, own)[:, 2]
 
 
 @once_for_bodies
@@ -115,14 +117,14 @@ def solver_arguments(
     moments, axes = bodies.body.moments[each, order], right_handed(bodies.body.axes[each, order])
     rows = [_rows_of(template, bodies, torque, axes, order) for torque in torques]
     air = number_pieces(rows, torques, template)
-    table = np.concatenate([np.zeros((len(bodies), 0, layout.EFFECT_WIDTH)), *rows], axis=1)
+    table = np.concatenate([np.zeros((len(bodies), 0, EffectRow.WIDTH)), *rows], axis=1)
     absorbed = np.array([code in ABSORBED for code in table[0, :, 0].tolist()], np.bool_)
     to_axes = rotations.from_matrix(axes)
     same = np.abs(moments[:, 0] - moments[:, 1]) <= SYMMETRY_TOLERANCE * moments[:, 1]
     moments[same, :2] = 0.5 * (moments[same, 0] + moments[same, 1])[:, None]
     body = _body(moments, to_axes, table[:, absorbed])
     # momentum along the third axis: rotors across it, and dissipation, which turns the body, change it too
-    across = body[:, layout.ROTORS : layout.ROTORS + 2].any(axis=1) | (body[:, layout.ALPHA] != 0.0)
+    across = body[:, BodyRow.ROTORS : BodyRow.ROTORS + 2].any(axis=1) | (body[:, BodyRow.ALPHA] != 0.0)
     effects = np.ascontiguousarray(table[:, ~absorbed])
     surroundings = _surroundings(template, torques)
     if any(
@@ -134,25 +136,25 @@ def solver_arguments(
 
 
 def _body(moments: np.ndarray, to_axes: np.ndarray, absorbed: np.ndarray) -> np.ndarray:
-    """(n, STEPPED_BODY), of moments (n, 3), turns (n, 4) and absorbed rows (n, k, EFFECT_WIDTH)."""
-    body = np.zeros((len(moments), layout.STEPPED_BODY))
-    body[:, layout.MOMENTS : layout.MOMENTS + 3] = moments
-    body[:, layout.INVERSES : layout.INVERSES + 3] = 1.0 / moments
-    body[:, layout.TO_AXES : layout.TO_AXES + 4] = to_axes
+    """(n, BodyRow.WIDTH), of moments (n, 3), turns (n, 4) and absorbed rows (n, k, EffectRow.WIDTH)."""
+    body = np.zeros((len(moments), BodyRow.WIDTH))
+    body[:, BodyRow.MOMENTS : BodyRow.MOMENTS + 3] = moments
+    body[:, BodyRow.INVERSES : BodyRow.INVERSES + 3] = 1.0 / moments
+    body[:, BodyRow.TO_AXES : BodyRow.TO_AXES + 4] = to_axes
     for row in np.moveaxis(absorbed, 1, 0):
-        if row[0, 0] == layout.WHEELS:
-            body[:, layout.ROTORS : layout.ROTORS + 3] += row[:, 1:4]
-        elif row[0, 0] == layout.DISSIPATION:
-            body[:, layout.ALPHA] += row[:, 1]
+        if row[0, 0] == EffectCode.WHEELS:
+            body[:, BodyRow.ROTORS : BodyRow.ROTORS + 3] += row[:, 1:4]
+        elif row[0, 0] == EffectCode.DISSIPATION:
+            body[:, BodyRow.ALPHA] += row[:, 1]
         else:
-            body[:, layout.EDDIES : layout.EDDIES + 9] += row[:, 1:10]
+            body[:, BodyRow.EDDIES : BodyRow.EDDIES + 9] += row[:, 1:10]
     return body
 
 
 def _rows_of(
     template: InitialState, bodies: Bodies, torque: CachedTorque, axes: np.ndarray, order: np.ndarray
 ) -> np.ndarray:
-    """(n, k, EFFECT_WIDTH): the rows of a torque for each body, along axes (n, 3, 3).
+    """(n, k, EffectRow.WIDTH): the rows of a torque for each body, along axes (n, 3, 3).
 
     Those along the axes of the body's frame, rotated; asked for body by body where the torque's numbers
     depend on more than its axes.
@@ -168,7 +170,7 @@ def _rows_of(
 
 def _surroundings(template: InitialState, torques: Sequence[CachedTorque]) -> tuple[np.ndarray, ...]:
     """Orbit, its pieces; sun (start, length, whether there is one), its pieces: the effects ask for one."""
-    orbit: tuple[np.ndarray, np.ndarray] = np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
+    orbit: tuple[np.ndarray, np.ndarray] = np.zeros(ORBIT_WIDTH), np.zeros((1, 3, 1))
     if template.orbit_path is not None:
         orbit = template.orbit_path.numbers, np.ascontiguousarray(template.orbit_path.coefficients)
     suns = (torque.sun(template) for torque in torques)

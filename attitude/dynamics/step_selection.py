@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import ToleranceError
-from ..kernels import layout
+from ..kernels.layout import NODES, EffectCode
 from ..kernels.solvers.plate_layout import ARC_NODES
 from ..problem.torque_model import CachedTorque
 from . import plate_solver, solver, solver_cost
@@ -33,7 +33,7 @@ MAX_RADIANS = {True: 12.0, False: 8.0}
 # Of the turn about the central body where it is fastest, in a step under torques that depend on the place: a
 # longer one may pass a pericentre unseen, and so may the coarser solution's.
 MAX_RADIANS_OF_ORBIT = 3.5
-ALONG_ORBIT = {layout.GRAVITY_GRADIENT, layout.MAGNETIC}
+ALONG_ORBIT = {EffectCode.GRAVITY_GRADIENT, EffectCode.MAGNETIC}
 MAX_TRIALS = 16
 SHARE_OF_MIN_STEPS = 0.5  # of the steps that every arc has, those in a trial: the longest are tried too
 # Steps that a trial may be cut into: far more than any torque that can be followed over the span.
@@ -329,7 +329,7 @@ class _Trial:
         at = np.linspace(self.start, self.stop, 25)[1:]
         off = difference_of(*self.run(candidate, at, (False, False), np.array([False, True]))[0])
         share = SHARE_OF_DENSE * self.tolerance / (SAFETY * max(off, ROUNDING))
-        return self._step_made(candidate) * ((1.0 if share >= 1.0 else 0.5) * share) ** (1.0 / layout.NODES)
+        return self._step_made(candidate) * ((1.0 if share >= 1.0 else 0.5) * share) ** (1.0 / NODES)
 
 
 def difference_of(one: np.ndarray, other: np.ndarray) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..documents.quantities import Instant, TorqueVector
 from ..errors import InputError
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState
 from .effect import Torque, row
 from .time_span import seconds, span_text
@@ -46,8 +46,8 @@ class ConstantTorque(Torque):
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row: the torque, along the principal axes or inertial."""
         if self.frame == "inertial":
-            return row(layout.CONSTANT_INERTIAL, self.torque.si)[None]
-        return row(layout.CONSTANT_BODY, initial_state.axes @ self.torque.si)[None]
+            return row(EffectCode.CONSTANT_INERTIAL, self.torque.si)[None]
+        return row(EffectCode.CONSTANT_BODY, initial_state.axes @ self.torque.si)[None]
 
     def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
         """The interval from start to stop, cut to the span of the scene; None for always."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import stopping
 from ..errors import InputError
-from ..kernels import layout
+from ..kernels.layout import AirPiece, OrbitCode
 from ..orbit.path_states import samples
 from ..orbit.piecewise_polynomial import interpolated_between
 from ..problem.initial_state import DensityProfile, InitialState, OrbitPath
@@ -43,33 +43,33 @@ def along(atmosphere: Atmosphere, initial_state: InitialState) -> DensityProfile
         (max(SHORTEST_PIECE, shortest), longest),
         fineness[1] * atmosphere.TOLERANCE,
     )
-    pieces = np.zeros((len(starts), layout.AIR_WIDTH))
-    pieces[:, layout.AIR_START], pieces[:, layout.AIR_SCALE] = starts, 2.0 / lengths
-    pieces[:, layout.AIR_POWERS :] = coefficients
+    pieces = np.zeros((len(starts), AirPiece.WIDTH))
+    pieces[:, AirPiece.START], pieces[:, AirPiece.SCALE] = starts, 2.0 / lengths
+    pieces[:, AirPiece.POWERS :] = coefficients
     if initial_state.refined:  # what both have in common
-        pieces[:, layout.AIR_POWERS] += atmosphere.ROUNDING
+        pieces[:, AirPiece.POWERS] += atmosphere.ROUNDING
     return DensityProfile(pieces, cuts, len(pieces) * atmosphere.PIECE_SECONDS)
 
 
 def evaluate(profile: DensityProfile, t: np.ndarray) -> np.ndarray:
     """(n,) kg/m3 at instants (n,), s since the epoch."""
     pieces = profile.pieces
-    index = np.maximum(0, np.searchsorted(pieces[:, layout.AIR_START], t, side="right") - 1)
-    x = (t - pieces[index, layout.AIR_START]) * pieces[index, layout.AIR_SCALE] - 1.0
-    powers = pieces[index, layout.AIR_POWERS :].T
+    index = np.maximum(0, np.searchsorted(pieces[:, AirPiece.START], t, side="right") - 1)
+    x = (t - pieces[index, AirPiece.START]) * pieces[index, AirPiece.SCALE] - 1.0
+    powers = pieces[index, AirPiece.POWERS :].T
     return np.exp(np.polynomial.polynomial.polyval(x, powers, tensor=False))
 
 
 def instants_of(profile: DensityProfile) -> np.ndarray:
     """(n,) s: five in each piece, from end to end."""
-    starts, lengths = profile.pieces[:, layout.AIR_START], 2.0 / profile.pieces[:, layout.AIR_SCALE]
+    starts, lengths = profile.pieces[:, AirPiece.START], 2.0 / profile.pieces[:, AirPiece.SCALE]
     return np.asarray((starts[:, None] + lengths[:, None] * np.linspace(0.0, 1.0, 5)).reshape(-1))
 
 
 def _instants(path: OrbitPath, start: float, stop: float) -> np.ndarray:
     """Ascending instants of the span with no more than one extremum of the altitude between three of them."""
     t = samples(path)
-    if path.numbers[0] == layout.KEPLER:
+    if path.numbers[0] == OrbitCode.KEPLER:
         t = t[::8]  # even in the eccentric anomaly: 90 a revolution
         first, last = np.floor((start - t[0]) / path.period), np.ceil((stop - t[0]) / path.period)
         t = (t + path.period * np.arange(first, last + 1.0)[:, None]).reshape(-1)
@@ -79,7 +79,7 @@ def _instants(path: OrbitPath, start: float, stop: float) -> np.ndarray:
 def _ends(path: OrbitPath, cuts: np.ndarray, start: float, stop: float) -> np.ndarray:
     """(k,) s: start, cuts, where the polynomials of an orbit meet, and stop; none close to the next."""
     ends = np.concatenate([[start], cuts])
-    if path.numbers[0] != layout.KEPLER:
+    if path.numbers[0] != OrbitCode.KEPLER:
         knots = path.numbers[1] + path.numbers[2] * np.arange(1, len(path.coefficients))
         ends = np.concatenate([ends, knots[(knots > start) & (knots < stop)]])
     ends = np.append(np.unique(ends), stop)

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from ..documents.quantities import DissipationCoefficient, check_not_negative
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState, Spin
 from .effect import BodyDependentTorque, row
 
@@ -31,7 +31,7 @@ class Dissipation(BodyDependentTorque):
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row: the coefficient."""
-        return row(layout.DISSIPATION, self.coefficient.si)[None]
+        return row(EffectCode.DISSIPATION, self.coefficient.si)[None]
 
     def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Bound on alpha abs(m) abs(m x w).

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from ..documents.fields import Chosen, field_within
 from ..documents.quantities import Length, Rate, check_positive
 from ..errors import InputError
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..orbit.path_states import position, samples, velocity
 from ..problem.initial_state import DensityProfile, InitialState
 from . import central_body_rotation, density_profile
@@ -84,7 +84,7 @@ class Drag(Torque):
         return np.stack(
             [
                 row(
-                    layout.DRAG_PLATE,
+                    EffectCode.DRAG_PLATE,
                     *plate.along(initial_state.axes),
                     plate.area.si * plate.coefficient,
                     *air,

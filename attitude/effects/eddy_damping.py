@@ -11,7 +11,7 @@ from .. import units
 from ..documents.fields import Matrix, Number, exactly_one
 from ..documents.quantities import GREATEST
 from ..errors import InputError
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState, Spin
 from .effect import BodyDependentTorque, row
 
@@ -55,7 +55,7 @@ class EddyDamping(BodyDependentTorque):
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row: C along the principal axes."""
         C = initial_state.axes @ self.C @ initial_state.axes.T
-        return row(layout.EDDY, 0.5 * (C + C.T))[None]
+        return row(EffectCode.EDDY, 0.5 * (C + C.T))[None]
 
     def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Greatest eigenvalue of C times the greatest rate."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..documents.fields import Part
 from ..errors import InputError
-from ..kernels import layout
+from ..kernels.layout import EffectRow
 from ..problem.initial_state import (
     DensityProfile,
     InitialState,
@@ -64,7 +64,7 @@ class Torque(Effect):
     ACTS_ON = "attitude"
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
-        """(n, EFFECT_WIDTH): the effect as kernels take it (`kernels.layout`)."""
+        """(n, EffectRow.WIDTH): the effect as kernels take it (`kernels.layout`)."""
         raise NotImplementedError
 
     def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
@@ -112,7 +112,7 @@ class BodyDependentTorque(Torque):
 def row(code: int, *numbers: object) -> np.ndarray:
     """One row: the code, then numbers and vectors one after the other, padded with zeros."""
     values = np.concatenate([np.ravel(np.asarray(number, dtype=float)) for number in numbers])
-    out = np.zeros(layout.EFFECT_WIDTH)
+    out = np.zeros(EffectRow.WIDTH)
     out[0], out[1 : 1 + values.size] = code, values
     return out
 

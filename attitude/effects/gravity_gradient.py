@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..errors import InputError
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..orbit.path_states import least_distance
 from ..problem.initial_state import InitialState, Spin
 from .effect import BodyDependentTorque, required_orbit_path, row
@@ -25,7 +25,7 @@ class GravityGradient(BodyDependentTorque):
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row: the gravitational parameter."""
-        return row(layout.GRAVITY_GRADIENT, _mu(initial_state))[None]
+        return row(EffectCode.GRAVITY_GRADIENT, _mu(initial_state))[None]
 
     def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Reached at the nearest point of the orbit, 45 degrees between least and greatest moment."""

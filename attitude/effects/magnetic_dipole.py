@@ -12,7 +12,7 @@ from ..documents.fields import Part
 from ..documents.quantities import Angle, DipoleVector, FieldStrength, Length, Rate, check_positive
 from ..errors import InputError
 from ..frames.celestial import G10, G11, H11, REFERENCE_RADIUS
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..orbit.path_states import least_distance, normals
 from ..problem.initial_state import InitialState
 from ..times import turn_rates
@@ -104,7 +104,7 @@ class MagneticDipole(Torque):
         a = direction[2] * pole
         b = at_epoch[0] * x + at_epoch[1] * y
         dipole = initial_state.axes @ self.dipole.si
-        return row(layout.MAGNETIC, dipole, strength, a, b, np.cross(pole, b), turns)[None]
+        return row(EffectCode.MAGNETIC, dipole, strength, a, b, np.cross(pole, b), turns)[None]
 
     def size(self, initial_state: InitialState) -> float:
         """Dipole times field at the least distance of the orbit and its highest magnetic latitude, N m."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import stopping
 from ..frames.celestial import shadow_heights
-from ..kernels.solvers.plate_layout import CONICAL, CYLINDRICAL, DARK, FULL_STRENGTH, PARTIAL
+from ..kernels.solvers.plate_layout import Light, ShadowModel
 from ..orbit.path_states import evaluate, position, samples, velocity
 from ..problem.initial_state import OrbitPath, Passages, PiecewisePolynomial
 from ..windows.root_search import ROOT_RELATIVE_TOLERANCE
@@ -27,7 +27,7 @@ def passages(
     sun: PiecewisePolynomial,
     radius: float,
     span: tuple[float, float],
-    shadow: int = CONICAL,
+    shadow: int = ShadowModel.CONICAL,
 ) -> Passages:
     """Passages of a span, s, through a shadow, CONICAL or CYLINDRICAL, of a central body of a radius, m.
 
@@ -35,19 +35,19 @@ def passages(
     where three samples on one side have an extremum between them that may lie on the other, the extremum is
     computed, so that no passage is missed but one shallower than the rounding of the position.
     """
-    sides = (0.0,) if shadow == CYLINDRICAL else (1.0, -1.0)
+    sides = (0.0,) if shadow == ShadowModel.CYLINDRICAL else (1.0, -1.0)
     heights = [ShadowHeight(orbit_path, sun, radius, side) for side in sides]
     crossings = [_crossings(height, t) for t in _blocks(orbit_path, *span) for height in heights]
     edges = np.unique(np.concatenate(crossings))
     edges = edges[(edges > span[0]) & (edges < span[1])]
     ends = np.concatenate([span[:1], edges, span[1:]])
     middles = 0.5 * (ends[1:] + ends[:-1])
-    kinds = np.full(middles.size, FULL_STRENGTH)
-    kinds[heights[0](middles) < 0.0] = PARTIAL
-    kinds[(heights[-1](middles) < 0.0) & ~heights[-1].is_ring(middles)] = DARK
+    kinds = np.full(middles.size, Light.FULL)
+    kinds[heights[0](middles) < 0.0] = Light.PARTIAL
+    kinds[(heights[-1](middles) < 0.0) & ~heights[-1].is_ring(middles)] = Light.DARK
     part = 0.5 ** np.arange(1, PENUMBRA_LEVELS + 1)
     part = np.concatenate([part, 1.0 - part])
-    within = [ends[i] + (ends[i + 1] - ends[i]) * part for i in np.flatnonzero(kinds == PARTIAL)]
+    within = [ends[i] + (ends[i + 1] - ends[i]) * part for i in np.flatnonzero(kinds == Light.PARTIAL)]
     return Passages(shadow, edges, kinds, np.unique(np.concatenate([edges, *within])))
 
 

@@ -10,8 +10,8 @@ from pydantic import Field
 from ..documents.fields import Chosen
 from ..errors import InputError
 from ..frames.celestial import SUN_RADIUS, au
-from ..kernels import layout
-from ..kernels.solvers import plate_layout
+from ..kernels.layout import EffectCode
+from ..kernels.solvers.plate_layout import ShadowModel
 from ..orbit.path_states import evaluate
 from ..problem.initial_state import InitialState, Passages, PiecewisePolynomial
 from . import sun as sunlight
@@ -62,23 +62,23 @@ class SolarPressure(Torque):
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row a plate."""
-        pressure, shadow = sunlight.pressure(), (plate_layout.NO_SHADOW, 0.0, 0.0)
+        pressure, model, radius, sun_radius = sunlight.pressure(), ShadowModel.NONE, 0.0, 0.0
         if self.needs_orbit:
-            shadow = self._shadow, self._radius(initial_state), SUN_RADIUS
+            model, radius, sun_radius = self._shadow, self._radius(initial_state), SUN_RADIUS
         return np.stack(
             [
                 row(
-                    layout.SOLAR_PLATE,
+                    EffectCode.SOLAR_PLATE,
                     *plate.along(initial_state.axes),
-                    *(plate.area.si, plate.specular, plate.diffuse, pressure, *shadow),
+                    *(plate.area.si, plate.specular, plate.diffuse, pressure, model, radius, sun_radius),
                 )
                 for plate in self.plates
             ]
         )
 
     @property
-    def _shadow(self) -> int:
-        return plate_layout.CONICAL if self.shadow == "conical" else plate_layout.CYLINDRICAL
+    def _shadow(self) -> ShadowModel:
+        return ShadowModel.CONICAL if self.shadow == "conical" else ShadowModel.CYLINDRICAL
 
     @staticmethod
     def _radius(initial_state: InitialState) -> float:

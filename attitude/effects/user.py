@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import PrivateAttr
 
 from ..errors import InputError
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState
 from .effect import Torque, row
 
@@ -72,7 +72,7 @@ class UserTorque(Torque):
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row: the address of the function."""
-        return row(layout.USER, np.int64(self._address).view(np.float64))[None]
+        return row(EffectCode.USER, np.int64(self._address).view(np.float64))[None]
 
     def size(self, initial_state: InitialState) -> float:
         """Return the size that the user gave, N m."""

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ..documents.quantities import AngularImpulseVector
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState, Spin
 from .effect import BodyDependentTorque, row
 
@@ -24,7 +24,7 @@ class Wheels(BodyDependentTorque):
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row: the momentum along the principal axes."""
-        return row(layout.WHEELS, initial_state.axes @ self.momentum.si)[None]
+        return row(EffectCode.WHEELS, initial_state.axes @ self.momentum.si)[None]
 
     def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Momentum of the rotors times the greatest rate."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import layout
+from ..kernels.layout import GyrostatRegime, Regime
 from ..motion import TorqueFreeMotion
 from ..rigid_body.constants_of_motion import Batch
 from ..rigid_body.gyrostat_constants import GyrostatBatch
@@ -28,7 +28,7 @@ def flips(motion: TorqueFreeMotion, count: int) -> np.ndarray:
         zeros = passed + np.arange(count)
         u = np.where(np.isinf(K), np.where(zeros == 0.0, 0.0, np.inf), 2.0 * K * zeros)
         seconds = (u - u0) / rate
-    turning = (bodies["regime"][..., None] != layout.CONSTANT_RATE) & (seconds > 0.0)
+    turning = (bodies["regime"][..., None] != Regime.CONSTANT_RATE) & (seconds > 0.0)
     return np.where(turning, seconds, np.inf)
 
 
@@ -43,7 +43,7 @@ def flips_of_gyrostats(motion: GyrostatBatch, count: int) -> np.ndarray:
     for i in range(motion.size):
         body = motion[i]
         record = body.fields("regime", "period", "argument", "argument0")[()]
-        if record["regime"] == layout.CONSTANT:
+        if record["regime"] == GyrostatRegime.CONSTANT:
             continue
         returns = bool(np.isfinite(record["period"]))
         window = (WINDOW + abs(record["argument0"][0])) / abs(record["argument"][0])

@@ -15,7 +15,7 @@ import numpy as np
 
 from .doubledouble import LN2, TURN, pair, two_product, two_sum
 from .intrinsics import bits_of, double_of, fma, inlined, kernel, routine
-from .layout import THETA
+from .layout import Route
 from .phase import ROUND, argument, phase, sine_cosine
 from .vectors import dot, first_three, rows_of
 
@@ -254,7 +254,7 @@ def sample(bodies, t, t_low, quaternions, rates, place, first, last):
     first, last : indices of the instants, the last one excluded
     """
     for b in range(bodies.shape[0]):
-        if bodies[b].route == THETA:
+        if bodies[b].route == Route.THETA:
             sample_theta(bodies[b], (place + b, first, last), t, t_low, quaternions, rates)
         else:
             sample_transformed(bodies[b], (place + b, first, last), t, t_low, quaternions, rates)
@@ -273,7 +273,7 @@ def azimuth(bodies, sense, t, angles):
         for i in range(t.shape[0]):
             turns, low = phase(precession, t[i], None)
             x, rest = argument(rate, t[i], None, start)
-            if body.route == THETA:
+            if body.route == Route.THETA:
                 s, c = sine_cosine(x, rest)
                 both = theta_pair(s, c, fma(c, c, -s * s), series)
                 # beta differs from exp(i s v) by less than half a turn: v counts the turns

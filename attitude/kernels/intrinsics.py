@@ -2,7 +2,8 @@
 
 from llvmlite import ir
 from numba import njit, types
-from numba.extending import intrinsic
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, intrinsic
 
 # error_model="numpy": division without a test for zero, which would prevent vectorisation.
 # No fastmath: reassociation and contraction would break the two-part arithmetic.
@@ -12,6 +13,19 @@ OPTIONS = {"error_model": "numpy", "nogil": True, "_nrt": False}
 routine = kernel = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 # For functions in inner loops: a call that is not inlined prevents vectorisation.
 inlined = njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
+
+
+@infer_getattr
+class IntegerMembers(AttributeTemplate):
+    """Members of an IntEnum are plain integers: as types of their own they would multiply routines."""
+
+    key = types.IntEnumClass
+
+    def generic_resolve(self, ty, attr):
+        """The type of a member."""
+        if attr in ty.instance_class.__members__:
+            return ty.dtype
+        return None
 
 
 @intrinsic

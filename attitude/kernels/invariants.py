@@ -31,7 +31,7 @@ from .doubledouble import quick_div as div
 from .doubledouble import quick_sub as sub
 from .elliptic import carlson_rf, quarter_period
 from .intrinsics import kernel, routine
-from .layout import CONSTANT_RATE, THETA, TRANSFORMED
+from .layout import Regime, Route
 from .polhode import components_along, polhode_of, scaled_moments
 from .principal import over_powers_of_two, rate_is_constant
 from .regime import ascending, decide_regime, root_of_D, root_of_D_of_tensor
@@ -91,7 +91,7 @@ def spin_at_constant_rate(rate, attitude, out):
 def constant_rate_motion(rate, attitude, out):
     """q = q0 exp(omega t / 2), eq. (30): the theta route with beta = 0."""
     spin_at_constant_rate(rate, attitude, out)
-    out.route, out.regime = THETA, CONSTANT_RATE
+    out.route, out.regime = Route.THETA, Regime.CONSTANT_RATE
     out.direction[2, 0] = out.direction[3, 0] = 1.0
     for i in range(3):
         out.rate[i, 2] = rate[i]
@@ -217,7 +217,7 @@ def theta_series(polhode, K, K_prime, u0, out):
     v_per_u = div(scale(PI, 0.5), K)
     v_rate, v0 = mul(polhode.u_rate, v_per_u), mul(u0, v_per_u)
     drift = scale(mul(v_rate, theta_phase_sum(q, E, E_prime)), 2.0 * polhode.s)
-    out.route, out.nome = THETA, q[0]
+    out.route, out.nome = Route.THETA, q[0]
     return Series(
         mul(add(polhode.mean_rate, drift), PER_TURN),
         mul(v_rate, PER_TURN),
@@ -286,7 +286,7 @@ def transformed_series(polhode, K, K_prime, u0, out):
     rate = mul(add(polhode.mean_rate, drift), PER_TURN)
     rate = sub(rate, mul(slip, y_rate))
 
-    out.route, out.nome, out.slip = TRANSFORMED, Q[0], slip[0]
+    out.route, out.nome, out.slip = Route.TRANSFORMED, Q[0], slip[0]
     store(out.half_turn, half_turn)
     out.per_half_turn = 0.0 if infinite else 1.0 / half_turn[0]
     alpha, beta = transformed_start(alpha_re, alpha_im, beta_re, beta_im, Q, y0, slip)

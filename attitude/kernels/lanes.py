@@ -6,7 +6,7 @@ instructions.  The other bodies are listed for `invariants`.  Which ones is deci
 no bit of one depends on its company.  Equations: docs/theory.md, sections 3, 4 and 7.1.
 
 The workspace has a row for each number of a record, in its order, then those that describe the body
-(layout.LANE_ROWS).
+(layout.LaneRow.ROWS).
 """
 
 import math
@@ -23,20 +23,7 @@ from .doubledouble import quick_div as div
 from .doubledouble import quick_sub as sub
 from .doubledouble import sub as exact_sub
 from .intrinsics import bits_of, double_of, fma, inlined, kernel
-from .layout import (
-    INVARIANTS,
-    LANE_ATTITUDE,
-    LANE_AXES,
-    LANE_BLOCK,
-    LANE_MOMENTS,
-    LANE_NOMES,
-    LANE_PITCH,
-    LANE_RATE,
-    LANE_SERVED,
-    LONG_AXIS,
-    SHORT_AXIS,
-    THETA,
-)
+from .layout import INVARIANTS, LANE_BLOCK, LANE_PITCH, LaneRow, Regime, Route
 from .theta_coefficients import (
     TRANSFORM_BELOW,
     frame_matrix,
@@ -48,14 +35,13 @@ from .theta_coefficients import (
 )
 
 PITCH = np.uint64(LANE_PITCH)
-RECORD = INVARIANTS.itemsize // 8
 OFFSETS = {name: field[1] // 8 for name, field in (INVARIANTS.fields or {}).items()}
 ROW: Any = namedtuple("ROW", OFFSETS)(**OFFSETS)
 # A number of a body, scaled to order one, that is smaller and not zero is left to `invariants`.
 SMALLEST = 1e-26
 # Left to it as well: needles, and tensors of nearly equal moments, whose axes have few digits.
 LEAST_MOMENT, LEAST_RANGE = 1e-10, 1e-10
-THIRD, FIFTH, SEVENTH, NINTH, ELEVENTH = (two_part(Fraction(1, n)) for n in (3, 5, 7, 9, 11))
+ARC_TANGENT = tuple(two_part(Fraction(1, n)) for n in (3, 5, 7, 9, 11))  # of its series
 
 
 class LanePath(NamedTuple):
@@ -277,13 +263,14 @@ def half_tangent(t):
 @inlined
 def turns_of(sine, cosine):
     """The angle, -1/4 to 1/4 turns, of a sine and cosine: four half angles, a series of the arc tangent."""
+    third, fifth, seventh, ninth, eleventh = ARC_TANGENT
     t = half_tangent(half_tangent(half_tangent(div(sine, add(ONE, cosine)))))
     r2 = square(t)
     r = -r2[0]
     p = fma(r, fma(r, fma(r, 1.0 / 25.0, 1.0 / 23.0), 1.0 / 21.0), 1.0 / 19.0)
     p = fma(r, fma(r, fma(r, p, 1.0 / 17.0), 1.0 / 15.0), 1.0 / 13.0)
-    series = sub(NINTH, mul(r2, add(ELEVENTH, (r * p, 0.0))))
-    series = sub(THIRD, mul(r2, sub(FIFTH, mul(r2, sub(SEVENTH, mul(r2, series))))))
+    series = sub(ninth, mul(r2, add(eleventh, (r * p, 0.0))))
+    series = sub(third, mul(r2, sub(fifth, mul(r2, sub(seventh, mul(r2, series))))))
     return scale(mul(mul(t, sub(ONE, mul(r2, series))), PER_TURN), 16.0)
 
 
@@ -327,9 +314,9 @@ def put_record(rows, i, unit, path, axes):
     put_direction(rows, i, theta_direction((path.A1, scale(path.A2, path.s), path.A3), q))
     put_frame(rows, i, unit, path, axes, theta_start(functions, sine, cosine))
     put(rows, ROW.nome, i, q[0])
-    put3(rows, LANE_NOMES, i, (q[0], E[0], E_prime[0]))
+    put3(rows, LaneRow.NOMES, i, (q[0], E[0], E_prime[0]))
     # nearer to a quarter period the cosine loses digits of the argument
-    put(rows, LANE_SERVED, i, 1.0 if path.served & (cosine[0] > 1e-10) else 0.0)
+    put(rows, LaneRow.SERVED, i, 1.0 if path.served & (cosine[0] > 1e-10) else 0.0)
 
 
 @inlined
@@ -341,8 +328,8 @@ def put_phases(rows, i, unit, path, arguments):
     put_pair(rows, ROW.argument, i, scale(mul(v_rate, PER_TURN), unit))
     put_pair(rows, ROW.argument0, i, v0)
     put4(rows, ROW.half_turn, i, (0.0, 0.0, 0.0, 0.0))  # and its inverse, and the slip
-    put(rows, ROW.route, i, double_of(THETA))
-    put(rows, ROW.regime, i, double_of(SHORT_AXIS if path.s > 0.0 else LONG_AXIS))
+    put(rows, ROW.route, i, double_of(Route.THETA))
+    put(rows, ROW.regime, i, double_of(Regime.SHORT_AXIS if path.s > 0.0 else Regime.LONG_AXIS))
     put3(rows, ROW.amplitude, i, (path.A1[0], path.A2[0], path.A3[0]))
     put(rows, ROW.modulus, i, path.k[0])
     put(rows, ROW.complementary_modulus, i, path.k1[0])
@@ -374,10 +361,10 @@ def put_frame(rows, i, unit, path, axes, start):
     (w, z), (x, y) = start
     attitude = quaternion.of_doubles(
         (
-            at(rows, LANE_ATTITUDE, i),
-            at(rows, LANE_ATTITUDE + 1, i),
-            at(rows, LANE_ATTITUDE + 2, i),
-            at(rows, LANE_ATTITUDE + 3, i),
+            at(rows, LaneRow.ATTITUDE, i),
+            at(rows, LaneRow.ATTITUDE + 1, i),
+            at(rows, LaneRow.ATTITUDE + 2, i),
+            at(rows, LaneRow.ATTITUDE + 3, i),
         )
     )
     q_PB = quaternion.from_rotation_matrix((R1, R2, R3))
@@ -421,10 +408,10 @@ def lane(rows, i, turned):
 
     turned : None where the body's axes are principal ones, else anything
     """
-    moments = pairs_at(rows, LANE_MOMENTS, i)
+    moments = pairs_at(rows, LaneRow.MOMENTS, i)
     per_size = 1.0 / power_of_two_below(moments[0][0], moments[1][0], moments[2][0])
     inertia = scale(moments[0], per_size), scale(moments[1], per_size), scale(moments[2], per_size)
-    x, y, z = at(rows, LANE_RATE, i), at(rows, LANE_RATE + 1, i), at(rows, LANE_RATE + 2, i)
+    x, y, z = at(rows, LaneRow.RATE, i), at(rows, LaneRow.RATE + 1, i), at(rows, LaneRow.RATE + 2, i)
     unit = power_of_two_below(x, y, z)
     per_unit = 1.0 / unit
     rate = (x * per_unit, 0.0), (y * per_unit, 0.0), (z * per_unit, 0.0)
@@ -433,9 +420,9 @@ def lane(rows, i, turned):
         put_record(rows, i, unit, path_of(inertia, rate, 0.0), axes)
     else:
         axes = (
-            pairs_at(rows, LANE_AXES, i),
-            pairs_at(rows, LANE_AXES + 6, i),
-            pairs_at(rows, LANE_AXES + 12, i),
+            pairs_at(rows, LaneRow.AXES, i),
+            pairs_at(rows, LaneRow.AXES + 6, i),
+            pairs_at(rows, LaneRow.AXES + 12, i),
         )
         omega = component(axes[0], rate), component(axes[1], rate), component(axes[2], rate)
         put_record(rows, i, unit, path_of(inertia, omega, LEAST_RANGE), axes)
@@ -445,13 +432,13 @@ def lane(rows, i, turned):
 def describe(rows, i, moments, axes, rate, attitude):
     """Write the rows that describe body i."""
     for n in range(3):
-        put_pair(rows, LANE_MOMENTS + 2 * n, i, moments[n])
-        put(rows, LANE_RATE + n, i, rate[n])
+        put_pair(rows, LaneRow.MOMENTS + 2 * n, i, moments[n])
+        put(rows, LaneRow.RATE + n, i, rate[n])
         if axes is not None:
             for m in range(3):
-                put_pair(rows, LANE_AXES + 6 * n + 2 * m, i, axes[n, m])
+                put_pair(rows, LaneRow.AXES + 6 * n + 2 * m, i, axes[n, m])
     for n in range(4):
-        put(rows, LANE_ATTITUDE + n, i, attitude[n])
+        put(rows, LaneRow.ATTITUDE + n, i, attitude[n])
 
 
 @kernel
@@ -461,9 +448,9 @@ def theta_invariants(moments, axes, rates, attitudes, out, others, rows):
     Parameters
     ----------
     moments, axes, rates, attitudes : as in `invariants.invariants`; axes None for the axes of the body
-    out : (n, RECORD), the records as doubles, written
+    out : (n, LaneRow.SERVED), the records as doubles, written
     others : (n + 1,), written: the number of those not served, their indices
-    rows : (layout.LANE_ROWS * layout.LANE_PITCH,), scratch
+    rows : (layout.LaneRow.ROWS * layout.LANE_PITCH,), scratch
     """
     listed = 0
     for start in range(0, out.shape[0], LANE_BLOCK):
@@ -476,7 +463,7 @@ def theta_invariants(moments, axes, rates, attitudes, out, others, rows):
         for i in range(np.uint64(padded)):
             lane(rows, i, axes)
         for j in range(bodies):
-            if at(rows, LANE_SERVED, np.uint64(j)) > 0.0:
+            if at(rows, LaneRow.SERVED, np.uint64(j)) > 0.0:
                 read_record(rows, np.uint64(j), out[start + j])
             else:
                 listed += 1
@@ -487,8 +474,8 @@ def theta_invariants(moments, axes, rates, attitudes, out, others, rows):
 @inlined
 def read_record(rows, i, out):
     """Copy a record from the rows; K' and eta by logarithms of the nome and of exp(-pi eta/K)."""
-    for n in range(RECORD):
+    for n in range(LaneRow.SERVED):
         out[n] = at(rows, n, i)
-    log_E, log_E_prime = math.log(at(rows, LANE_NOMES + 1, i)), math.log(at(rows, LANE_NOMES + 2, i))
+    log_E, log_E_prime = math.log(at(rows, LaneRow.NOMES + 1, i)), math.log(at(rows, LaneRow.NOMES + 2, i))
     per_log = -out[ROW.K] / math.pi
     out[ROW.K_prime], out[ROW.eta] = per_log * (log_E + log_E_prime), per_log * log_E

@@ -1,182 +1,39 @@
-"""What kernels and their callers agree on: the record of a body's constants, and the codes in it.
+"""What kernels and their callers agree on: records of a body's constants, and names of numbers in arrays.
 
+An `IntEnum` names the numbers of an array: `state[StepState.MOMENTUM]` is the first of three.  What a comment
+gives no size is one number; WIDTH is how many numbers there are in all, ROWS how many rows.  Units are SI.
 Plain numpy: who only calls kernels needs no compiler.
 """
 
+from enum import IntEnum
+
 import numpy as np
 
-CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
-REGIMES = ("constant_rate", "short_axis", "long_axis", "separatrix")
-THETA, TRANSFORMED = range(2)
+# -- torque-free motion (docs/theory.md) --------------------------------------------------------------------
 
 
-# An effect is a row of numbers, or several; the first is its code, vectors of the body are components
-# along its principal axes, all is SI.  Rows are padded with zeros to EFFECT_WIDTH.
-#   CONSTANT_BODY      torque (3)
-#   CONSTANT_INERTIAL  torque (3), inertial components
-#   GRAVITY_GRADIENT   gravitational parameter of the central body, m3/s2
-#   EDDY               C (3, 3) row by row: torque -C omega, N m s
-#   DISSIPATION        alpha, 1/(N m s): dm/dt = m x w + alpha m x (m x w), m the momentum, w = I^-1 m
-#   WHEELS             momentum of the rotors relative to the body (3), N m s
-#   MAGNETIC           dipole of the body (3), A m2; field strength k, T m3; axis of the central body's
-#                      dipole as a + b cos(2 pi x) + c sin(2 pi x): a (3), b (3), c (3) inertial;
-#                      x in turns/s in two parts: B = k / r^3 (3 (d . r) r - d), r here a unit vector
-#   SOLAR_PLATE        normal (3), centre of pressure (3) from the centre of mass, area, specular and
-#                      diffuse coefficient, pressure at 1 au, N/m2
-#   DRAG_PLATE         normal (3), centre of pressure (3), area times drag coefficient, density, kg/m3,
-#                      at reference radius, m, and scale height, m (infinite: constant density), rotation
-#                      of the atmosphere (3), inertial, rad/s; first piece of the density by time (AIR), and
-#                      their number: if there are any, they stand in place of the exponential
-#   USER               address of a C function void(double t, double *q, double *w, double *torque)
-#                      as the bits of a double; body frame of the document
-(
-    CONSTANT_BODY,
-    CONSTANT_INERTIAL,
-    GRAVITY_GRADIENT,
-    EDDY,
-    DISSIPATION,
-    WHEELS,
-    MAGNETIC,
-    SOLAR_PLATE,
-    DRAG_PLATE,
-    USER,
-) = range(1, 11)
-EFFECT_WIDTH = 20
-# Where the numbers of a row are vectors of the body: the place of each one's first.  EDDY's are a tensor.
-BODY_VECTORS = {CONSTANT_BODY: (1,), WHEELS: (1,), MAGNETIC: (1,), SOLAR_PLATE: (1, 4), DRAG_PLATE: (1, 4)}
+class Regime(IntEnum):
+    """Regime of a motion: `regime` of INVARIANTS."""
 
-# The density along the orbit as a function of time: a row a piece, ascending, with its start, s, twice the
-# inverse of its length, and the coefficients of ln(density), kg/m3, in powers of the time from its middle
-# over half of its length.  AIR_FIRST, AIR_COUNT: its first piece and their number, in a row of DRAG_PLATE.
-AIR_START, AIR_SCALE, AIR_POWERS = 0, 1, 2
-AIR_DEGREE = 9
-AIR_WIDTH = AIR_POWERS + AIR_DEGREE + 1
-AIR_FIRST, AIR_COUNT = 14, 15
+    CONSTANT_RATE, SHORT_AXIS, LONG_AXIS, SEPARATRIX = range(4)
 
-# Where the centre of mass is on its orbit, about the central body: code, then
-#   KEPLER  semi-major axis a, eccentricity e, mean anomaly at t = 0 in turns, mean motion in turns/s in two
-#           parts, mean motion in rad/s, unit vectors to the pericentre P (3) and along the motion there Q (3)
-#   TABLE   start and length, s, of the pieces; position is a polynomial in each: coefficients
-#           (pieces, 3, degree + 1) of x, y, z in powers of the time from the middle of the piece over half of
-#           its length, from -1 to 1
-NO_ORBIT, KEPLER, TABLE = range(3)
-ORBIT_WIDTH = 16
 
-# The body that solvers step: moments (3) and their inverses (3) along axes of the solver's choice, the
-# turn q_PB from the document's body frame to these axes (4, v_P = R(q_PB) v_B); then the sums of the rows
-# that act without a torque of their own or linearly: momentum of the rotors (3), alpha of the dissipation,
-# C of the eddies (3, 3).  The effects handed to solvers are the other rows.
-MOMENTS, INVERSES, TO_AXES, ROTORS, ALPHA, EDDIES = 0, 3, 6, 10, 13, 14
-STEPPED_BODY = 23
+REGIMES = tuple(regime.name.lower() for regime in Regime)
 
-# The state that solvers step: attitude of the axes (4, to inertial) and what its rounding left (4), momentum
-# (3, inertial) and the rest (3); of a body symmetric about its third axis also the momentum along that axis
-# and the rest, and the turn about it that is not in the attitude, in turns, and the rest.
-ATTITUDE, ATTITUDE_LOW, MOMENTUM, MOMENTUM_LOW = 0, 4, 8, 11
-AXIAL, AXIAL_LOW, SPIN, SPIN_LOW = 14, 15, 16, 17
-STATE = 18
 
-# A body and how it is stepped: its index in the arrays of effects and of results; numbers as above, and
-# whether it is symmetric about the third axis; state, at the start and, when a solver returns, at the end.
-# Steps : equal ones, so many; halved where they are too long, by `decay` (relative size of the last Legendre
-# coefficients of a step; infinite: any) and `reach` (length times momentum; infinite: any), no more than
-# max_steps pieces.  Dense : whether instants within a step are read off its polynomial.  Aim : of the
-# attitude's departure, what the last sweep of a step may leave; after : sweeps made beyond it.
-# Counts : sweeps, failures, pieces; scratch : of two states.
-STEPPED = np.dtype(
-    [
-        ("index", "i8"),
-        ("body", "f8", STEPPED_BODY),
-        ("symmetric", "i8"),
-        ("state", "f8", STATE),
-        ("steps", "i8"),
-        ("decay", "f8"),
-        ("max_steps", "f8"),
-        ("dense", "i8"),
-        ("aim", "f8"),
-        ("after", "i8"),
-        ("reach", "f8"),
-        ("counts", "f8", 3),
-        ("scratch", "f8", 2 * STATE),
-    ]
-)
+class Route(IntEnum):
+    """Series that samples are summed from: `route` of INVARIANTS (sections 4 and 5)."""
 
-# Nodes of a step: two of the widest vectors, the second half mirrors of the first.  A workspace has rows of
-# so many numbers, one after the other; in one dimension, for the compiler to see that rows are apart.
-NODES, HALF = 16, 8
+    THETA, TRANSFORMED = range(2)
 
-# Rows of the collocation's workspace.  Known before the sweeps: time, place, speed and Sun (along the axes of
-# the step), cosine and sine of the turns about the momentum and about the third axis, and both in turns.
-TIME, TIME_LOW, PLACE, SPEED, SUN, COSINE, SINE, SPIN_COSINE, SPIN_SINE = 0, 1, 2, 5, 8, 11, 12, 13, 14
-TURNED, SPUN = 15, 16
-# Changed by the sweeps: momentum and torque along the body's axes, the unknowns, their slopes, the last
-# change; and the Legendre coefficients of the slopes.
-MOMENT, TORQUE, STAGE, SLOPE, CHANGE, COEFFICIENT = 17, 20, 23, 31, 39, 40
-# The scheme: nodes, weights; row j of the matrix the weights in the integrals up to each node of the first
-# half, of sums and of differences; weights of node j in the Legendre coefficients.
-AT, WEIGHTS, MATRIX, LEGENDRE = 48, 49, 50, 58
-# For each effect: its direction along the axes of the step turned about the momentum, and its strength;
-# before them, those of one effect, where the compiler sees them apart from the other rows.
-DIRECTION, STRENGTH, KNOWN = 74, 77, 78
-KNOWN_ROWS = 4
-# Rows of STAGE and SLOPE: departure of the attitude (4), momentum (3), momentum along the third axis.
-UNKNOWNS = 8
-
-# A body that flies over a plane, as kernels take it: numbers (WORLD_WIDTH) and the corners of its shape
-# (n, 3), from the centre of mass, body frame.  Corners alone are a polyhedron; BALL puts a ball of the radius
-# about each, RIM a disc across the axis: a cylinder is two corners on its axis, each with a rim.
-#   mass, kg; gravity (3), m/s2; unit normal of the plane (3), away from the ground; height of the plane along
-#   it, m; restitution; friction; kind of corner, its radius, m, and unit axis (3), body frame; greatest
-#   distance of a corner's lowest point (or of a ball's centre) and of any point from the centre of mass, m
-SHARP, RIM, BALL = range(3)
-WORLD_WIDTH = 17
-# A flight between two contacts: its start, s in two parts, and the state there: attitude (4), body rate (3),
-# position (3), velocity (3).
-FLIGHT_WIDTH = 15
-# A contact: how many points, approaching speed of the fastest, impulse (3), where it acts (3), body rate (3)
-# and velocity (3) before; inertial but for the body rate.
-CONTACT_WIDTH = 14
-# A point that touches: place (3) from the centre of mass; impulse along the normal, and across it (3); what
-# a unit impulse changes of its own speed, along the normal, and at most across it; all body frame.
-TOUCH_WIDTH = 9
-# What ends a run of flights; the last two are no end: numbers beyond a double, or more steps than is sane.
-TIME_IS_UP, AT_REST, NO_ROOM, OUT_OF_RANGE, TOO_LONG = range(5)
-# Points of a rim that stand for all of it where it lies flat.
-RIM_POINTS = 8
-
-# Random words of a body, a multiple of the four of one counter; and how often its moments are drawn, each
-# time from words of another range, until they are physical.
-WORDS_PER_BODY = 12
-MAX_DRAWS = 1000
-
-# Sums of products of unit quaternions over a block of bodies, as whole numbers: three limbs, the first in
-# units of 2^-30, the last of 2^-114.  A block has no more than 2^42 of any, so that 64 bits hold the sum of
-# two million blocks, and of the first limb that of 2^33 bodies.
-BODIES_PER_BLOCK = 256
-LIMB_FIRST, LIMB_BITS = 30, 42
-# From row to row of these sums: instants at a time, in an odd number of cache lines: no two rows share a set.
-ROW_STRIDE = 1032
 
 # Whole turns are dropped in one step; up to this many, what is left lies where the polynomials hold.
 MAX_TURNS = 2.0**42
 
-
-# Rows, and numbers in each, of the scratch array for a gyrostat's exact sums.
-EXACT_SUM_ROWS, EXACT_SUM_LENGTH = 20, 512
-
-
-def workspace():
-    """Scratch for exact sums: the sum, two generations of a product, its factors; a tensor over a rate.
-
-    Kernels allocate nothing: each call is handed its own.
-    """
-    return np.empty(512), np.empty((2, 256)), np.empty((5, 2)), np.empty((4, 3))
-
-
 INVARIANTS = np.dtype(
     [
         # what the samples need
-        ("route", "i8"),  # THETA or TRANSFORMED
+        ("route", "i8"),  # Route
         ("precession", "f8", 2),  # lambda, turns/s, two parts
         ("argument", "f8", 2),  # v' turns/s, or y' rad/s, two parts
         ("argument0", "f8", 2),  # its value at t = 0
@@ -192,7 +49,7 @@ INVARIANTS = np.dtype(
         ("frame", "f8", (4, 4)),  # q_IM * . * q_PB
         ("rate", "f8", (3, 3)),  # gamma -> body rate, rad/s
         # what users ask about
-        ("regime", "i8"),
+        ("regime", "i8"),  # Regime
         ("amplitude", "f8", 3),  # A1, A2, A3
         ("modulus", "f8"),  # k
         ("complementary_modulus", "f8"),  # k1
@@ -204,19 +61,57 @@ INVARIANTS = np.dtype(
     ]
 )
 
-# How partial derivatives are computed: beside a constant rate, by the functions that make the samples, or by
-# these with the changes for needles spun about themselves (docs/partial-derivatives.md).
-CONSTANT_PARTIALS, LONG_ARCS, NEEDLE = range(3)
-# Whether they may leave the range of a double, and so near the middle axis at t = 0 that they do at once.
-MAY_GROW, LOST = 1, 2
+
+def workspace():
+    """Scratch for exact sums: the sum, two generations of a product, its factors; a tensor over a rate.
+
+    Kernels allocate nothing: each call is handed its own.
+    """
+    return np.empty(512), np.empty((2, 256)), np.empty((5, 2)), np.empty((4, 3))
+
+
+# Bodies whose constants are computed together in vector lanes, and numbers from row to row of the workspace:
+# an odd number of cache lines, so that no two rows share a set.
+LANE_BLOCK, LANE_PITCH = 64, 72
+
+
+class LaneRow(IntEnum):
+    """Rows of the workspace of `lanes`, one number of each body in a row, after those of a record."""
+
+    SERVED = INVARIANTS.itemsize // 8  # whether the body is served
+    NOMES = SERVED + 1  # q, E and E'
+    MOMENTS = NOMES + 3  # three, in two parts
+    RATE = MOMENTS + 6  # (3)
+    ATTITUDE = RATE + 3  # (4)
+    AXES = ATTITUDE + 4  # (3, 3), in two parts
+    ROWS = AXES + 18
+
+
+# -- partial derivatives (docs/partial-derivatives.md) ------------------------------------------------------
+
+
+class PartialsKind(IntEnum):
+    """How partial derivatives are computed: `kind` of PARTIALS."""
+
+    CONSTANT_RATE = 0  # beside a constant rate
+    LONG_ARCS = 1  # by the functions that make the samples
+    NEEDLE = 2  # by these, with the changes for needles spun about themselves
+
+
+class PartialsGrowth(IntEnum):
+    """Whether partial derivatives may leave the range of a double: `grows` of PARTIALS."""
+
+    BOUNDED, POSSIBLE = 0, 1
+    LOST = 2  # so near the middle axis at t = 0 that they do at once
+
 
 # What partial derivatives need besides INVARIANTS.  Axes 1, 2, 3 are those of INVARIANTS; beside a constant
 # rate axis 3 is along the momentum.  Moments are over `size`, time is L t: no unit of time is left.
 PARTIALS = np.dtype(
     [
-        ("kind", "i8"),
+        ("kind", "i8"),  # PartialsKind
         ("elements", "i8"),  # how many of the elements 11, 22, 33, 12, 13, 23 are computed
-        ("grows", "i8"),  # 0, MAY_GROW, LOST
+        ("grows", "i8"),  # PartialsGrowth
         ("momentum", "f8"),  # L, rad/s
         ("size", "f8"),  # unit of the moments
         ("axes", "f8", (3, 3)),  # axes 1, 2, 3 in rows, body components
@@ -238,29 +133,44 @@ PARTIALS = np.dtype(
     ]
 )
 
-# Bodies whose constants are computed together in vector lanes, and the rows of that kernel's workspace: those
-# of a record, then whether the body is served; q, E and E'; two-part moments; rate, attitude; axes.  From row
-# to row an odd number of cache lines: no two rows share a set.
-LANE_BLOCK, LANE_PITCH = 64, 72
-LANE_SERVED = INVARIANTS.itemsize // 8
-LANE_NOMES, LANE_MOMENTS, LANE_RATE, LANE_ATTITUDE, LANE_AXES = (LANE_SERVED + n for n in (1, 4, 10, 13, 17))
-LANE_ROWS = LANE_AXES + 18
 
-# How a gyrostat's samples are computed, and what motion it is (docs/gyrostats.md).
-CIRCLING_SERIES, SWINGING_SERIES, TRANSFORMED_SERIES = range(3)
-CONSTANT, TWO_TURNS, CIRCLING_PATH, SWINGING_PATH, SEPARATRIX_PATH = range(5)
+# -- gyrostats (docs/gyrostats.md) --------------------------------------------------------------------------
+
+
+class GyrostatRoute(IntEnum):
+    """Series that samples of a gyrostat are summed from: `route` of GYROSTAT (sections 3 and 4)."""
+
+    CIRCLING, SWINGING, TRANSFORMED = range(3)
+
+
+class GyrostatRegime(IntEnum):
+    """Motion of a gyrostat: `regime` of GYROSTAT."""
+
+    CONSTANT = 0  # rate
+    TWO_TURNS = 1  # at constant rates
+    CIRCLING, SWINGING, SEPARATRIX = 2, 3, 4  # families of paths (section 3), and what parts them
+
+
+class Sum(IntEnum):
+    """Rows of the scratch array for a gyrostat's exact sums: expansions (section 2)."""
+
+    M1, M2, M3, A12, A13, A23, K = range(7)  # input: W M, W (a_i - a_j) and W L k of a rotor along axis 3
+    B1, B2, M11, M22, M33, LL, X = range(7, 14)  # sums that others are made of
+    PRODUCT, PART, TOTAL = 14, 15, 16  # scratch
+    PRINCIPAL = 17  # (3): the momentum along the body's principal axes
+    ROWS = 20
+
+
+EXACT_SUM_LENGTH = 512  # numbers in each row
 
 GYROSTAT = np.dtype(
     [
-        ("route", "i8"),
+        ("route", "i8"),  # GyrostatRoute
         ("precession", "f8", 2),  # lambda, turns/s, two parts
         ("argument", "f8", 2),  # v' turns/s, or y' rad/s, two parts
         ("argument0", "f8", 2),  # its value at t = 0
-        (
-            "step",
-            "f8",
-            2,
-        ),  # of y, after which the series repeat but for a constant factor; infinite on a separatrix
+        # of y, after which the series repeat but for a constant factor; infinite on a separatrix
+        ("step", "f8", 2),
         ("per_step", "f8"),
         ("first_step", "i8"),  # number of the step in which y starts
         ("turns_per_step", "f8"),  # of the common phase
@@ -278,9 +188,304 @@ GYROSTAT = np.dtype(
         ("momentum", "f8", 3),  # unit vector, inertial
         ("to_rate", "f8", (3, 3)),  # L I^-1, body: of the momentum's direction
         ("rotor_rate", "f8", 3),  # I^-1 h, body, rad/s
-        ("regime", "i8"),
+        ("regime", "i8"),  # GyrostatRegime
         ("period", "f8"),  # s, after which gamma3 returns; infinite on a separatrix and for a constant rate
         ("any_rotor", "i8"),  # whether the rotor is along no principal axis
         ("boost", "f8"),  # condition number of `frame`, which is 1 for a rotor along a principal axis
     ]
 )
+
+
+# -- effects, and the orbit (docs/torques.md) ---------------------------------------------------------------
+
+
+class EffectCode(IntEnum):
+    """First number of an effect's row; vectors of the body are components along its principal axes."""
+
+    CONSTANT_BODY = 1  # torque (3), N m
+    CONSTANT_INERTIAL = 2  # torque (3), N m, inertial components
+    GRAVITY_GRADIENT = 3  # gravitational parameter of the central body, m3/s2
+    EDDY = 4  # C (3, 3) row by row, N m s: torque -C omega
+    DISSIPATION = 5  # alpha, 1/(N m s): dm/dt = m x w + alpha m x (m x w), m the momentum, w = I^-1 m
+    WHEELS = 6  # momentum of the rotors relative to the body (3), N m s
+    MAGNETIC = 7  # DipoleRow
+    SOLAR_PLATE = 8  # SolarRow
+    DRAG_PLATE = 9  # DragRow
+    # address of a C function void(double t, double *q, double *w, double *torque) as the bits of a double;
+    # body frame of the document
+    USER = 10
+
+
+class EffectRow(IntEnum):
+    """Numbers of an effect's row, padded with zeros."""
+
+    CODE = 0  # EffectCode
+    VALUE = 1  # what the code says begins here
+    WIDTH = 20
+
+
+class DipoleRow(IntEnum):
+    """Numbers of a row of MAGNETIC: B = k / r^3 (3 (d . r) r - d), r the unit vector to the body."""
+
+    DIPOLE = 1  # (3) of the body, A m2
+    STRENGTH = 4  # k, T m3
+    AXIS, AXIS_COSINE, AXIS_SINE = 5, 8, 11  # a, b, c (3) of d = a + b cos(2 pi x) + c sin(2 pi x), inertial
+    TURN_RATE = 14  # of x, turns/s, in two parts
+
+
+class SolarRow(IntEnum):
+    """Numbers of a row of SOLAR_PLATE."""
+
+    NORMAL = 1  # (3)
+    CENTRE = 4  # (3) of pressure, from the centre of mass, m
+    AREA, SPECULAR, DIFFUSE = 7, 8, 9  # m2, and coefficients of reflection
+    PRESSURE = 10  # at 1 au, N/m2
+    SHADOW, SHADOW_RADIUS, SUN_RADIUS = 11, 12, 13  # ShadowModel; of the central body and of the Sun, m
+
+
+class DragRow(IntEnum):
+    """Numbers of a row of DRAG_PLATE."""
+
+    NORMAL = 1  # (3)
+    CENTRE = 4  # (3) of pressure, from the centre of mass, m
+    AREA = 7  # times drag coefficient, m2
+    DENSITY, REFERENCE_RADIUS = 8, 9  # kg/m3, at this radius, m
+    SCALE_HEIGHT = 10  # m; infinite: constant density
+    ROTATION = 11  # (3) of the atmosphere, inertial, rad/s
+    # of the AirPieces, which stand in place of the exponential if there are any
+    AIR_FIRST, AIR_COUNT = 14, 15
+
+
+# Where the numbers of a row are vectors of the body: the place of each one's first.  EDDY's are a tensor.
+BODY_VECTORS: dict[int, tuple[int, ...]] = {
+    EffectCode.CONSTANT_BODY: (EffectRow.VALUE,),
+    EffectCode.WHEELS: (EffectRow.VALUE,),
+    EffectCode.MAGNETIC: (DipoleRow.DIPOLE,),
+    EffectCode.SOLAR_PLATE: (SolarRow.NORMAL, SolarRow.CENTRE),
+    EffectCode.DRAG_PLATE: (DragRow.NORMAL, DragRow.CENTRE),
+}
+
+AIR_DEGREE = 9
+
+
+class AirPiece(IntEnum):
+    """Numbers of a piece of the density along the orbit; pieces ascend in time."""
+
+    START = 0  # s
+    SCALE = 1  # twice the inverse of its length, 1/s
+    POWERS = 2  # of the time from its middle over half of its length: coefficients of ln(density), kg/m3
+    WIDTH = POWERS + AIR_DEGREE + 1
+
+
+class OrbitCode(IntEnum):
+    """First number of the centre of mass's orbit about the central body."""
+
+    NONE = 0
+    KEPLER = 1  # Ellipse
+    TABLE = 2  # TableOrbit
+
+
+ORBIT_WIDTH = 16  # numbers of an orbit
+
+
+class Ellipse(IntEnum):
+    """Numbers of an orbit of KEPLER."""
+
+    SEMI_MAJOR_AXIS, ECCENTRICITY = 1, 2  # m
+    MEAN_ANOMALY = 3  # at t = 0, turns
+    TURN_RATE = 4  # mean motion, turns/s, in two parts
+    MEAN_MOTION = 6  # rad/s
+    P, Q = 7, 10  # unit vectors (3) to the pericentre and along the motion there, inertial
+
+
+class TableOrbit(IntEnum):
+    """Numbers of an orbit of TABLE, whose position is a polynomial in each of its pieces.
+
+    Coefficients (pieces, 3, degree + 1) of x, y, z are in powers of the time from the middle of the piece
+    over half of its length, from -1 to 1.
+    """
+
+    START, LENGTH = 1, 2  # of the pieces, s
+
+
+# -- solvers under torques (docs/torques.md, section 3) -----------------------------------------------------
+
+
+class BodyRow(IntEnum):
+    """Numbers of the body that solvers step, along axes of the solver's choice: `body` of STEPPED.
+
+    The effects handed to solvers are the other rows than those that are summed here.
+    """
+
+    MOMENTS, INVERSES = 0, 3  # (3) each, kg m2 and 1/(kg m2)
+    TO_AXES = 6  # q_PB (4) from the document's body frame to these axes, v_P = R(q_PB) v_B
+    ROTORS = 10  # sum of their momenta (3), N m s
+    ALPHA = 13  # of the dissipation, 1/(N m s)
+    EDDIES = 14  # C (3, 3), N m s
+    WIDTH = 23
+
+
+class StepState(IntEnum):
+    """Numbers of the state that solvers step; LOW: what the rounding of the others left."""
+
+    ATTITUDE, ATTITUDE_LOW = 0, 4  # (4) of the axes, to inertial
+    MOMENTUM, MOMENTUM_LOW = 8, 11  # (3), inertial, N m s
+    # of a body symmetric about its third axis: the momentum along it, N m s, and the turn about it that is
+    # not in the attitude, in turns
+    AXIAL, AXIAL_LOW, SPIN, SPIN_LOW = 14, 15, 16, 17
+    WIDTH = 18
+
+
+# A body and how it is stepped: its index in the arrays of effects and of results; numbers as above, and
+# whether it is symmetric about the third axis; state, at the start and, when a solver returns, at the end.
+# Steps : equal ones, so many; halved where they are too long, by `decay` (relative size of the last Legendre
+# coefficients of a step; infinite: any) and `reach` (length times momentum; infinite: any), no more than
+# max_steps pieces.  Dense : whether instants within a step are read off its polynomial.  Aim : of the
+# attitude's departure, what the last sweep of a step may leave; after : sweeps made beyond it.
+# Counts : sweeps, failures, pieces; scratch : of two states.
+STEPPED = np.dtype(
+    [
+        ("index", "i8"),
+        ("body", "f8", BodyRow.WIDTH),
+        ("symmetric", "i8"),
+        ("state", "f8", StepState.WIDTH),
+        ("steps", "i8"),
+        ("decay", "f8"),
+        ("max_steps", "f8"),
+        ("dense", "i8"),
+        ("aim", "f8"),
+        ("after", "i8"),
+        ("reach", "f8"),
+        ("counts", "f8", 3),
+        ("scratch", "f8", 2 * StepState.WIDTH),
+    ]
+)
+
+# Nodes of a step: two of the widest vectors, the second half mirrors of the first.
+NODES, HALF = 16, 8
+UNKNOWNS = 8  # departure of the attitude (4), momentum (3), momentum along the third axis
+
+
+class NodeRow(IntEnum):
+    """First rows of the workspaces of both solvers.
+
+    Rows of so many numbers as a step has nodes stand one after the other, in one dimension, for the compiler
+    to see that they are apart.
+    """
+
+    TIME, TIME_LOW = 0, 1  # s
+    POSITION, VELOCITY = 2, 5  # (3) each, m and m/s, along the axes of the step
+    SUN = 8  # (3), its position, m
+
+
+class StepRow(IntEnum):
+    """Further rows of the collocation's workspace."""
+
+    # known before the sweeps: turns about the momentum (precession) and about the third axis (spin), by
+    # cosine and sine, and in turns
+    COSINE, SINE, SPIN_COSINE, SPIN_SINE, PRECESSION, SPIN = range(11, 17)
+    # changed by the sweeps
+    MOMENTUM, TORQUE = 17, 20  # (3) each, along the body's axes
+    STAGE, SLOPE, CHANGE = 23, 31, 39  # the UNKNOWNS, their slopes, the last change
+    COEFFICIENT = 40  # UNKNOWNS rows: Legendre coefficients of the slopes
+    # the scheme: nodes in a step of length 1; HALF rows of weights of node j in the integrals up to each node
+    # of the first half, of sums and of differences; NODES rows of those in the Legendre coefficients
+    NODE, WEIGHT, MATRIX, LEGENDRE = 48, 49, 50, 58
+    # of one effect, where the compiler sees them apart from the other rows
+    DIRECTION, STRENGTH = 74, 77
+    # then ROWS_PER_EFFECT for each effect: direction (3), along the axes of the step turned about the
+    # momentum, and strength
+    EFFECTS = 78
+
+
+ROWS_PER_EFFECT = 4
+
+
+# -- flight and contact with a plane (docs/torques.md, section 7) -------------------------------------------
+
+
+class CornerKind(IntEnum):
+    """What is about the corners of a body's shape."""
+
+    SHARP = 0  # nothing: a polyhedron
+    RIM = 1  # a disc across the axis: a cylinder is two corners on its axis, each with a rim
+    BALL = 2  # a ball of the radius
+
+
+class GroundRow(IntEnum):
+    """Numbers of a body that flies over a plane, beside the corners (n, 3) of its shape.
+
+    Corners are from the centre of mass, body frame.
+    """
+
+    MASS = 0  # kg
+    GRAVITY = 1  # (3), m/s2
+    NORMAL, HEIGHT = 4, 7  # unit vector (3) away from the ground; of the plane along it, m
+    RESTITUTION, FRICTION = 8, 9
+    CORNER_KIND, CORNER_RADIUS = 10, 11  # CornerKind; m
+    AXIS = 12  # unit vector (3), body frame
+    # greatest distance of a corner's lowest point (or of a ball's centre), and of any point, m
+    REACH, SIZE = 15, 16
+    WIDTH = 17
+
+
+class FlightRow(IntEnum):
+    """Numbers of a flight between two contacts, at its start."""
+
+    TIME, TIME_LOW = 0, 1  # s
+    ATTITUDE, RATE, POSITION, VELOCITY = 2, 6, 9, 12  # (4), (3) body frame, (3), (3)
+    WIDTH = 15
+
+
+class ContactRow(IntEnum):
+    """Numbers of a contact; inertial but for the body rate."""
+
+    POINTS, SPEED = 0, 1  # how many; at which the fastest approaches, m/s
+    IMPULSE, CENTRE = 2, 5  # (3), N s; where it acts (3), m
+    RATE, VELOCITY = 8, 11  # (3) each, before
+    WIDTH = 14
+
+
+class TouchRow(IntEnum):
+    """Numbers of a point that touches, body frame."""
+
+    POSITION = 0  # (3), from the centre of mass, m
+    NORMAL, TANGENTIAL = 3, 4  # impulse along the normal, and across it (3), N s
+    # what a unit impulse changes of the point's own speed: along the normal, and at most across it
+    NORMAL_RESPONSE, TANGENTIAL_RESPONSE = 7, 8
+    WIDTH = 9
+
+
+class BounceState(IntEnum):
+    """Numbers that carry a run of flights from call to call."""
+
+    SPEED, QUICK_CONTACTS = 0, 1  # greatest of the surface, m/s; in quick succession: so far, zeros at first
+    END, CONTACTS, TIME = 2, 3, 4  # written: FlightEnd, number of contacts, when it ended, s, in two parts
+    UNTIL = 6  # read: the time until which to go on, s, in two parts
+    WIDTH = 8
+
+
+class FlightEnd(IntEnum):
+    """What ends a run of flights."""
+
+    TIME_IS_UP, AT_REST, NO_ROOM = range(3)
+    OUT_OF_RANGE, TOO_LONG = 3, 4  # no end: numbers beyond a double, or more steps than is sane
+
+
+# Points of a rim that stand for all of it where it lies flat.
+RIM_POINTS = 8
+
+# -- ensembles ----------------------------------------------------------------------------------------------
+
+# Random words of a body, a multiple of the four of one counter; and how often its moments are drawn, each
+# time from words of another range, until they are physical.
+WORDS_PER_BODY = 12
+MAX_DRAWS = 1000
+
+# Sums of products of unit quaternions over a block of bodies, as whole numbers: three limbs, the first in
+# units of 2^-30, the last of 2^-114.  A block has no more than 2^42 of any, so that 64 bits hold the sum of
+# two million blocks, and of the first limb that of 2^33 bodies.
+BODIES_PER_BLOCK = 256
+LIMB_FIRST, LIMB_BITS = 30, 42
+# From row to row of these sums: instants at a time, in an odd number of cache lines: no two rows share a set.
+ROW_STRIDE = 1032

@@ -8,13 +8,13 @@ another for a full tensor.
 from .doubledouble import ZERO, add, less, power_of_two_near, scale, sqrt, store, sub
 from .expansion import add_product, two_part_value
 from .intrinsics import routine
-from .layout import LONG_AXIS, SEPARATRIX, SHORT_AXIS
+from .layout import Regime
 
 
 @routine
 def decide_regime(sign_D):
     """Regime of a motion whose rate is not constant."""
-    return SEPARATRIX if sign_D == 0.0 else (SHORT_AXIS if sign_D > 0.0 else LONG_AXIS)
+    return Regime.SEPARATRIX if sign_D == 0.0 else (Regime.SHORT_AXIS if sign_D > 0.0 else Regime.LONG_AXIS)
 
 
 @routine

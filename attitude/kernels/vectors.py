@@ -11,6 +11,24 @@ def first_three(array):
     return array[0], array[1], array[2]
 
 
+@inlined
+def pair_at(row, first):
+    """Two numbers of a row, from `first` on."""
+    return row[first], row[first + 1]
+
+
+@inlined
+def three(row, first):
+    """Three numbers of a row, from `first` on."""
+    return row[first], row[first + 1], row[first + 2]
+
+
+@inlined
+def four(row, first):
+    """Four numbers of a row, from `first` on."""
+    return row[first], row[first + 1], row[first + 2], row[first + 3]
+
+
 @routine
 def rows_of(matrix):
     """A (3, 3) array as three rows."""

@@ -11,7 +11,7 @@ from pydantic import Field, StrictBool, model_validator
 from ..documents.fields import Number, exactly_one
 from ..documents.quantities import Angle, Length
 from ..errors import InputError
-from ..kernels import layout
+from ..kernels.layout import ORBIT_WIDTH, OrbitCode
 from ..problem.initial_state import CentralBody, OrbitPath
 from ..times import turn_rates
 from .orbit import AboutABody
@@ -108,8 +108,8 @@ class Kepler(AboutABody):
         if e > 1.0 or self.j2 is not False:
             return self._interpolated(start, stop, a, central)
         high, low, rate = turn_rates.mean_motion(central.mu, a)
-        numbers = np.zeros(layout.ORBIT_WIDTH)
-        numbers[:7] = layout.KEPLER, a, e, self.initial_mean_anomaly(), high, low, rate
+        numbers = np.zeros(ORBIT_WIDTH)
+        numbers[:7] = OrbitCode.KEPLER, a, e, self.initial_mean_anomaly(), high, low, rate
         numbers[7:10], numbers[10:13] = self.perifocal_axes()
         return OrbitPath(numbers, np.zeros((1, 3, 1)), 1.0 / high, central)
 

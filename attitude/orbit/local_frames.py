@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import RegimeError
 from ..frames.inertial import FrameRotation
 from ..frames.rotations import conjugate, from_matrix, product
-from ..kernels import layout
+from ..kernels.layout import OrbitCode
 from ..problem.initial_state import OrbitPath
 from ..times import turn_rates
 from .path_states import (
@@ -31,7 +31,7 @@ def qsw(path: OrbitPath, t: np.ndarray, rest: np.ndarray | None = None) -> Frame
     The sign of the quaternion is continuous over any span: that of half the true anomaly, or carried along
     the knots of a table.
     """
-    if path.numbers[0] == layout.KEPLER:
+    if path.numbers[0] == OrbitCode.KEPLER:
         return qsw_of_ellipse(path, t, np.zeros_like(t) if rest is None else rest)
     return qsw_of_table(path, t)
 

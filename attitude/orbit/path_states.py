@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..kernels import layout
+from ..kernels.layout import OrbitCode
 from ..problem.initial_state import OrbitPath, PiecewisePolynomial
 from ..samples.ephemeris_data import OrbitLimits
 from ..times import turn_rates
@@ -76,7 +76,7 @@ def hyperbolic_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
 
 def least_distance(path: OrbitPath) -> float:
     """Least distance from the central body, m; of a table at nine instants of each interval."""
-    if path.numbers[0] == layout.KEPLER:
+    if path.numbers[0] == OrbitCode.KEPLER:
         return float(path.numbers[1] * (1.0 - path.numbers[2]))
     return float(np.sqrt((position(path, samples(path)) ** 2).sum(axis=1).min()))
 
@@ -87,7 +87,7 @@ def limits(path: OrbitPath) -> OrbitLimits:
     On an interval of polynomials of x from -1 to 1 a derivative is at most the sum of its coefficients'
     lengths, some tens of percent above the greatest where intervals are short parts of a revolution.
     """
-    if path.numbers[0] == layout.KEPLER:
+    if path.numbers[0] == OrbitCode.KEPLER:
         a, e, rate = path.numbers[1], path.numbers[2], path.numbers[6]
         speed = a * rate * math.sqrt((1.0 + e) / (1.0 - e))
         return OrbitLimits(float(speed), float(a * rate**2 / (1.0 - e) ** 2), float(a * (1.0 - e)), 0.0)
@@ -104,7 +104,7 @@ def limits(path: OrbitPath) -> OrbitLimits:
 
 def normals(path: OrbitPath) -> np.ndarray:
     """(n, 3): unit normals of the orbital plane; of a table at the ends of its intervals."""
-    if path.numbers[0] == layout.KEPLER:
+    if path.numbers[0] == OrbitCode.KEPLER:
         return np.cross(path.numbers[7:10], path.numbers[10:13])[None]
     polynomial = as_polynomial(path)
     t = polynomial.start + polynomial.length * np.arange(len(polynomial.coefficients) + 1)
@@ -115,7 +115,7 @@ def normals(path: OrbitPath) -> np.ndarray:
 
 def samples(path: OrbitPath) -> np.ndarray:
     """(n,) s: instants dense enough to find maxima along the orbit: 720 a revolution, 9 an interval."""
-    if path.numbers[0] == layout.KEPLER:
+    if path.numbers[0] == OrbitCode.KEPLER:
         E = math.tau * np.arange(-360, 360) / 720.0  # even in E: dense near the pericentre, and one there
         mean = (E - path.numbers[2] * np.sin(E)) / math.tau
         return (mean - path.numbers[3]) * path.period
@@ -136,7 +136,7 @@ def own_velocity(path: OrbitPath) -> PiecewisePolynomial:
 
 def state(path: OrbitPath, t: np.ndarray, derivative: int) -> np.ndarray:
     """(n, 3): position, m, or its first derivative, m/s, inertial; t (n,) s since the epoch."""
-    if path.numbers[0] == layout.TABLE:
+    if path.numbers[0] == OrbitCode.TABLE:
         return evaluate(as_polynomial(path), t, derivative)
     a, e, start, high, low, rate = path.numbers[1:7]
     P, Q = path.numbers[7:10], path.numbers[10:13]

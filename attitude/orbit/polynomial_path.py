@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import layout
+from ..kernels.layout import ORBIT_WIDTH, OrbitCode
 from ..problem.initial_state import CentralBody, OrbitPath, PiecewisePolynomial
 from .piecewise_polynomial import VectorFunction, interpolated, interpolated_evenly
 
@@ -18,8 +18,8 @@ def tabulated_path(
     refined: PiecewisePolynomial | None = None,
 ) -> OrbitPath:
     """Return the path on piecewise polynomials of positions, or of positions and velocities; period in s."""
-    numbers = np.zeros(layout.ORBIT_WIDTH)
-    numbers[:3] = layout.TABLE, polynomial.start, polynomial.length
+    numbers = np.zeros(ORBIT_WIDTH)
+    numbers[:3] = OrbitCode.TABLE, polynomial.start, polynomial.length
     both = polynomial.coefficients
     positions, velocities = np.ascontiguousarray(both[:, :3]), both[:, 3:] if both.shape[1] > 3 else None
     better = None if refined is None else tabulated_path(refined, period, central)

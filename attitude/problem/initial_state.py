@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..kernels import layout
+from ..kernels.layout import OrbitCode
 from ..rigid_body.body import RigidBody
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class DensityProfile(NamedTuple):
 
     Attributes
     ----------
-    pieces : (n, AIR_WIDTH), of its logarithm (`kernels.layout`, AIR); the outermost extrapolate
+    pieces : (n, AirPiece.WIDTH), of its logarithm (`kernels.layout`, AIR); the outermost extrapolate
     cuts : (c,) s, ascending, where it or a derivative of it has a jump
     cost : s, of making it, as a plan predicts it
     """
@@ -101,7 +101,7 @@ class OrbitPath(NamedTuple):
     @property
     def max_rate(self) -> float:
         """Speed over distance where it is greatest, rad/s; of a table in the middle of an interval."""
-        if self.numbers[0] == layout.KEPLER:
+        if self.numbers[0] == OrbitCode.KEPLER:
             e, mean_motion = self.numbers[2], self.numbers[6]
             return float(mean_motion * np.sqrt((1.0 + e) / (1.0 - e) ** 3))
         place, change = np.moveaxis(self.coefficients[:, :, :2], 2, 0)

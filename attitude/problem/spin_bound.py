@@ -9,14 +9,17 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..kernels import layout
+from ..kernels.layout import EffectCode
 from .initial_state import InitialState, Spin
 from .torque_model import AppliedImpulse, CachedTorque
 
 # Torques that vanish on a body at rest: others have to spin it up first.
-SPIN_DEPENDENT = {layout.WHEELS, layout.DISSIPATION, layout.EDDY}
+SPIN_DEPENDENT = {EffectCode.WHEELS, EffectCode.DISSIPATION, EffectCode.EDDY}
 # Torques with a potential: range of the potential over the greatest torque.
-POTENTIAL_PER_TORQUE = {layout.GRAVITY_GRADIENT: 1.0, layout.MAGNETIC: 2.0}
+POTENTIAL_PER_TORQUE: dict[int, float] = {
+    EffectCode.GRAVITY_GRADIENT: 1.0,
+    EffectCode.MAGNETIC: 2.0,
+}
 
 
 def free_spin(moments: np.ndarray, rates: np.ndarray) -> Spin:
@@ -55,9 +58,9 @@ def reached_spin(
         rows = torque.own_rows
         codes = {int(code) for code in rows[:, 0]}
         if codes <= SPIN_DEPENDENT:
-            rotors += float(np.linalg.norm(rows[rows[:, 0] == layout.WHEELS, 1:4], axis=1).sum())
-            dissipation += float(rows[rows[:, 0] == layout.DISSIPATION, 1].sum())
-            tensors = rows[rows[:, 0] == layout.EDDY, 1:10].reshape(-1, 3, 3)
+            rotors += float(np.linalg.norm(rows[rows[:, 0] == EffectCode.WHEELS, 1:4], axis=1).sum())
+            dissipation += float(rows[rows[:, 0] == EffectCode.DISSIPATION, 1].sum())
+            tensors = rows[rows[:, 0] == EffectCode.EDDY, 1:10].reshape(-1, 3, 3)
             damping += sum(float(np.linalg.eigvalsh(tensor)[-1]) for tensor in tensors)
         elif codes <= POTENTIAL_PER_TORQUE.keys():
             size = float(torque.size(initial_state))

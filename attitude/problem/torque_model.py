@@ -31,7 +31,7 @@ class CachedTorque:
         return self._results[name]
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
-        """Return the rows of the effect, (k, EFFECT_WIDTH)."""
+        """Return the rows of the effect, (k, EffectRow.WIDTH)."""
         return self.effect.rows(initial_state)
 
     def intervals(self, initial_state: InitialState) -> list[tuple[float, float]] | None:
@@ -63,7 +63,7 @@ class CachedTorque:
 
     @cached_property
     def own_rows(self) -> np.ndarray:
-        """(k, EFFECT_WIDTH): along the axes of the body's own frame."""
+        """(k, EffectRow.WIDTH): along the axes of the body's own frame."""
         return torque_rows.own_rows(self.effect, self._initial_state)
 
     @cached_property

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels import layout
+from ..kernels.layout import BODY_VECTORS, AirPiece, DragRow, EffectCode
 from ..rigid_body.body import RigidBody
 from .initial_state import InitialState
 
@@ -32,7 +32,7 @@ def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def own_rows(torque: Any, initial_state: InitialState) -> np.ndarray:
-    """(k, EFFECT_WIDTH): of a torque, along the axes of the body's own frame."""
+    """(k, EffectRow.WIDTH): of a torque, along the axes of the body's own frame."""
     rows: np.ndarray = torque.rows(replace(initial_state, body=_sphere(), order=(0, 1, 2)))
     return rows
 
@@ -49,12 +49,12 @@ def _probe(exponent: int) -> RigidBody:
 
 
 def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """(n, k, EFFECT_WIDTH), along axes (n, 3, 3), of rows along those of the body's own frame."""
+    """(n, k, EffectRow.WIDTH), along axes (n, 3, 3), of rows along those of the body's own frame."""
     out = np.repeat(rows[None], len(axes), axis=0)
     for k, row in enumerate(rows):
-        for offset in layout.BODY_VECTORS.get(int(row[0]), ()):
+        for offset in BODY_VECTORS.get(int(row[0]), ()):
             out[:, k, offset : offset + 3] = turned(axes, row[offset : offset + 3])
-        if row[0] == layout.EDDY:
+        if row[0] == EffectCode.EDDY:
             half = turned(axes[:, None], row[1:10].reshape(3, 3))
             whole = turned(axes[:, None], np.swapaxes(half, 1, 2))
             out[:, k, 1:10] = (0.5 * (whole + np.swapaxes(whole, 1, 2))).reshape(-1, 9)
@@ -64,14 +64,14 @@ def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
 def number_pieces(
     rows: Sequence[np.ndarray], torques: Sequence[Any], initial_state: InitialState
 ) -> np.ndarray:
-    """(m, AIR_WIDTH): the pieces of the densities of all torques, whose places are written into the rows.
+    """(m, AirPiece.WIDTH): pieces of the densities of all torques; their places are written into the rows.
 
-    rows : of each torque, (..., EFFECT_WIDTH)
+    rows : of each torque, (..., EffectRow.WIDTH)
     """
-    pieces, first = [np.zeros((0, layout.AIR_WIDTH))], 0
+    pieces, first = [np.zeros((0, AirPiece.WIDTH))], 0
     for table, torque in zip(rows, torques, strict=True):
         if (profile := torque.air(initial_state)) is not None:
-            table[..., layout.AIR_FIRST], table[..., layout.AIR_COUNT] = first, len(profile.pieces)
+            table[..., DragRow.AIR_FIRST], table[..., DragRow.AIR_COUNT] = first, len(profile.pieces)
             pieces.append(profile.pieces)
             first += len(profile.pieces)
     return np.concatenate(pieces)
@@ -102,9 +102,9 @@ def _agree(rows: np.ndarray, expected: np.ndarray) -> bool:
         return False
     tolerance = np.zeros(expected.shape)
     for k, row in enumerate(expected):
-        offsets = layout.BODY_VECTORS.get(int(row[0]), ())
+        offsets = BODY_VECTORS.get(int(row[0]), ())
         vectors = [slice(offset, offset + 3) for offset in offsets]
-        for part in [slice(1, 10)] if row[0] == layout.EDDY else vectors:
+        for part in [slice(1, 10)] if row[0] == EffectCode.EDDY else vectors:
             tolerance[k, part] = ROTATION_TOLERANCE * np.abs(row[part]).max()
     with np.errstate(invalid="ignore"):  # of two that are infinite
         near = np.abs(rows - expected) <= tolerance

@@ -17,8 +17,8 @@ import numpy as np
 
 from .. import units
 from ..errors import InputError, RegimeError
-from ..kernels import layout
 from ..kernels.gauss_legendre import gauss_scheme
+from ..kernels.layout import INVARIANTS, LANE_PITCH, PARTIALS, LaneRow, workspace
 from ..runtime import compiled
 from ..runtime.threads import check, ranges, run
 from ..times.instants import Instants
@@ -109,7 +109,7 @@ class Batch:
         """The named fields of all records, as a structured array of the batch's shape."""
         if self._cached is not None:
             return self._cached[list(names)].reshape(self.shape)
-        out = np.empty(self.size, [(name, layout.INVARIANTS[name]) for name in names])
+        out = np.empty(self.size, [(name, INVARIANTS[name]) for name in names])
         for start, records in self.blocks(0, self.size):
             for name in names:
                 out[name][start : start + len(records)] = records[name]
@@ -206,7 +206,7 @@ class Batch:
 
         def compute_share(share: tuple[int, int, int, int]) -> None:
             first_body, last_body, first, last = share
-            of_partials = np.empty(1, layout.PARTIALS)
+            of_partials = np.empty(1, PARTIALS)
             numbers = of_partials.view(np.float64).reshape(1, -1)
             space = of_partials, numbers, scheme, np.empty((9, 8)), np.zeros((9, 9)), np.zeros(72 * 64)
             for index, records in self.blocks(first_body, last_body):
@@ -251,17 +251,17 @@ class Batch:
         """
         _tensors, moments, axes, rates, attitudes = states
         count = len(rates)
-        out, others = np.empty(count, layout.INVARIANTS), np.empty(count + 1, np.int64)
-        space = np.empty(layout.LANE_ROWS * layout.LANE_PITCH)
-        numbers = out.view(np.float64).reshape(count, layout.LANE_SERVED)
+        out, others = np.empty(count, INVARIANTS), np.empty(count + 1, np.int64)
+        space = np.empty(LaneRow.ROWS * LANE_PITCH)
+        numbers = out.view(np.float64).reshape(count, LaneRow.SERVED)
         compiled.theta_invariants(moments, axes, rates, attitudes, numbers, others, space)
         forms = self._forms[first : first + count]
         forms[:] = THETA_FORM
         if others[0]:
             index = others[1 : 1 + others[0]]
-            records = np.zeros(len(index), layout.INVARIANTS)
+            records = np.zeros(len(index), INVARIANTS)
             some = [None if array is None else array[index] for array in states]
-            compiled.invariants(*with_tensors(some), records, *layout.workspace())
+            compiled.invariants(*with_tensors(some), records, *workspace())
             self._refuse_out_of_range(records, first + index)
             out[index], forms[index] = records, form_of(records["regime"], records["route"])
         return out

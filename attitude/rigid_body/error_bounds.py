@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import layout
+from ..kernels.layout import GyrostatRegime, GyrostatRoute, Regime, Route
 
 BOUND_SOURCE = (
     "docs/theory.md, section 8, equation (34): a running error analysis of every operation of a sample, "
@@ -34,13 +34,13 @@ GYROSTAT_FORMS = (
 
 def gyrostat_form_of(regimes: np.ndarray, routes: np.ndarray, any_rotor: np.ndarray) -> np.ndarray:
     """Index into GYROSTAT_FORMS for each of these fields of records."""
-    series = 2 + (routes == layout.TRANSFORMED_SERIES) + 2 * any_rotor
-    return np.where(regimes <= layout.TWO_TURNS, regimes, series)
+    series = 2 + (routes == GyrostatRoute.TRANSFORMED) + 2 * any_rotor
+    return np.where(regimes <= GyrostatRegime.TWO_TURNS, regimes, series)
 
 
 def form_of(regimes: np.ndarray, routes: np.ndarray) -> np.ndarray:
     """Index into FORMS for each of these fields of records."""
-    return np.where(regimes == layout.CONSTANT_RATE, 0, np.where(routes == layout.TRANSFORMED, 2, THETA_FORM))
+    return np.where(regimes == Regime.CONSTANT_RATE, 0, np.where(routes == Route.TRANSFORMED, 2, THETA_FORM))
 
 
 def solution(forms: np.ndarray, table: tuple[tuple[str, float], ...] = FORMS) -> tuple[str, float]:

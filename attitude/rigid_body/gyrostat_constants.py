@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import RegimeError
-from ..kernels import layout
+from ..kernels.layout import EXACT_SUM_LENGTH, GYROSTAT, Sum, workspace
 from ..runtime import compiled
 from .body import RigidBody
 from .constants_of_motion import Batch, BodyStates, with_tensors
@@ -58,13 +58,13 @@ class GyrostatBatch(Batch):
     def _computed_records(self, states: BodyStates, first: int) -> np.ndarray:
         count = len(states[1])
         rotors = np.ascontiguousarray(self.rotors.reshape(-1, 3)[first : first + count])
-        out = np.zeros(count, layout.GYROSTAT)
+        out = np.zeros(count, GYROSTAT)
         compiled.gyrostats(
             *with_tensors(states),
             rotors,
             out,
-            np.empty((layout.EXACT_SUM_ROWS, layout.EXACT_SUM_LENGTH)),
-            *layout.workspace(),
+            np.empty((Sum.ROWS, EXACT_SUM_LENGTH)),
+            *workspace(),
         )
         self._forms[first : first + count] = gyrostat_form_of(out["regime"], out["route"], out["any_rotor"])
         self._condition = max(self._condition, float(np.max(out["boost"], initial=1.0)))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import units
-from ..kernels import layout
+from ..kernels.layout import Regime, Route
 from ..runtime import compiled
 from .phase_limit import max_phase_rate, refuse_too_far
 
@@ -51,7 +51,7 @@ class PaperConstants:
         sense = _sense(bodies)
         with np.errstate(invalid="ignore"):
             nome = np.where(np.isinf(bodies["K"]), 1.0, np.exp(-np.pi * bodies["K_prime"] / bodies["K"]))
-        nome = np.where(bodies["route"] == layout.THETA, bodies["nome"], nome)
+        nome = np.where(bodies["route"] == Route.THETA, bodies["nome"], nome)
         turn = 2.0 * np.pi
         start = _azimuth(bodies, np.zeros(1))[..., 0]
         angle = np.pi - start
@@ -83,7 +83,7 @@ class PaperConstants:
 
 def _sense(bodies: np.ndarray) -> np.ndarray:
     """s: +1 about the greatest moment (and on the separatrix), -1 about the least."""
-    return np.where(bodies["regime"] == layout.LONG_AXIS, -1.0, 1.0)[()]
+    return np.where(bodies["regime"] == Regime.LONG_AXIS, -1.0, 1.0)[()]
 
 
 def _azimuth(bodies: np.ndarray, seconds: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ from ..effects.uniform_gravity import UniformGravity
 from ..ephemeris import Ephemeris
 from ..errors import RegimeError, emit_warning, noted
 from ..frames import rotations
-from ..kernels.solvers.plate_layout import DARK, FULL_STRENGTH, PARTIAL
+from ..kernels.solvers.plate_layout import Light
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import reached_spin
 from ..problem.torque_model import AppliedImpulse, CachedTorque
@@ -395,12 +395,12 @@ def impulse_events(kicks: Sequence[AppliedImpulse]) -> list[Event]:
 
 # What an edge of a shadow is called, by the light before and after it.
 PASSAGES = {
-    (FULL_STRENGTH, PARTIAL): "penumbra entry",
-    (PARTIAL, FULL_STRENGTH): "penumbra exit",
-    (FULL_STRENGTH, DARK): "shadow entry",
-    (PARTIAL, DARK): "shadow entry",
-    (DARK, PARTIAL): "shadow exit",
-    (DARK, FULL_STRENGTH): "shadow exit",
+    (Light.FULL, Light.PARTIAL): "penumbra entry",
+    (Light.PARTIAL, Light.FULL): "penumbra exit",
+    (Light.FULL, Light.DARK): "shadow entry",
+    (Light.PARTIAL, Light.DARK): "shadow entry",
+    (Light.DARK, Light.PARTIAL): "shadow exit",
+    (Light.DARK, Light.FULL): "shadow exit",
 }
 
 

@@ -9,7 +9,7 @@ from attitude.dynamics.momentum import initial_momenta
 from attitude.dynamics.solver import OUTPUTS, SolverTask, StepSetting, take_steps
 from attitude.dynamics.solver_arguments import most_symmetric
 from attitude.effects.effect import row
-from attitude.kernels import layout
+from attitude.kernels.layout import EffectCode
 from attitude.orbit.kepler import Kepler
 from attitude.problem.initial_state import CentralBody, InitialState, OrbitPath
 from attitude.problem.torque_model import CachedTorque
@@ -17,11 +17,11 @@ from attitude.times import turn_rates
 
 # Where the numbers of a row are vectors along the body's axes: the place of each one's first.
 BODY_VECTORS = {
-    layout.CONSTANT_BODY: (1,),
-    layout.WHEELS: (1,),
-    layout.MAGNETIC: (1,),
-    layout.SOLAR_PLATE: (1, 4),
-    layout.DRAG_PLATE: (1, 4),
+    EffectCode.CONSTANT_BODY: (1,),
+    EffectCode.WHEELS: (1,),
+    EffectCode.MAGNETIC: (1,),
+    EffectCode.SOLAR_PLATE: (1, 4),
+    EffectCode.DRAG_PLATE: (1, 4),
 }
 
 
@@ -37,7 +37,7 @@ class Rows:
         out = self.row.copy()
         for place in BODY_VECTORS.get(int(out[0]), ()):
             out[place : place + 3] = initial_state.axes @ out[place : place + 3]
-        if out[0] == layout.EDDY:
+        if out[0] == EffectCode.EDDY:
             out[1:10] = (initial_state.axes @ out[1:10].reshape(3, 3) @ initial_state.axes.T).ravel()
         return out[None]
 
@@ -162,12 +162,12 @@ def integrated(initial_state, torque, seconds, rtol=1e-13, rotors=(0.0, 0.0, 0.0
 
 
 CODES = {
-    "constant_body": layout.CONSTANT_BODY,
-    "constant_inertial": layout.CONSTANT_INERTIAL,
-    "gravity_gradient": layout.GRAVITY_GRADIENT,
-    "eddy": layout.EDDY,
-    "dissipation": layout.DISSIPATION,
-    "wheels": layout.WHEELS,
+    "constant_body": EffectCode.CONSTANT_BODY,
+    "constant_inertial": EffectCode.CONSTANT_INERTIAL,
+    "gravity_gradient": EffectCode.GRAVITY_GRADIENT,
+    "eddy": EffectCode.EDDY,
+    "dissipation": EffectCode.DISSIPATION,
+    "wheels": EffectCode.WHEELS,
 }
 
 
@@ -181,5 +181,11 @@ def acting(name, *numbers):
     still = pole * (axis @ pole)
     around = axis - still
     return Rows(
-        layout.MAGNETIC, dipole, strength, still, around, np.cross(pole, around), turn_rates.turns(rate)
+        EffectCode.MAGNETIC,
+        dipole,
+        strength,
+        still,
+        around,
+        np.cross(pole, around),
+        turn_rates.turns(rate),
     )

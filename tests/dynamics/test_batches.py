@@ -13,7 +13,7 @@ from attitude.dynamics.batch_states import Bodies, TorqueProblem
 from attitude.dynamics.error_estimate import compare, estimate
 from attitude.dynamics.momentum import initial_momenta
 from attitude.dynamics.solver import StepSetting
-from attitude.kernels import layout
+from attitude.kernels.layout import BodyRow, EffectCode, EffectRow, StepState
 from attitude.problem.torque_model import CachedTorque
 from attitude.problem.torque_rows import follows_axes, own_rows
 from attitude.times.instants import as_instants
@@ -82,7 +82,7 @@ def test_each_of_many_moves_as_scipy_has_it():
 
         return torque
 
-    problem = problem_of(start, [Rows(layout.GRAVITY_GRADIENT, mu)], seconds, 1e-10)
+    problem = problem_of(start, [Rows(EffectCode.GRAVITY_GRADIENT, mu)], seconds, 1e-10)
     at = as_instants(seconds, None)
     found = integration.solve_each(
         problem, bodies_of(*states_at_epoch), at, integration.choose_for_all(problem, at)
@@ -144,16 +144,16 @@ def test_arguments_of_a_block_are_rows_and_moments_along_the_axes_of_each_body(n
         assert (block.plates is not None) == (name in PLATED)
         own = matrix(states[i, :4])
         assert np.allclose(own @ axes, matrix(one.attitude), atol=1e-14)
-        assert states[i, layout.AXIAL] == pytest.approx((own.T @ momenta[i])[2], abs=1e-14)
-        assert (states[i, layout.MOMENTUM : layout.MOMENTUM + 3] == momenta[i]).all()
+        assert states[i, StepState.AXIAL] == pytest.approx((own.T @ momenta[i])[2], abs=1e-14)
+        assert (states[i, StepState.MOMENTUM : StepState.MOMENTUM + 3] == momenta[i]).all()
 
 
 # Where the numbers of rows that become part of the body stand in it, and how many they are.
 PLATED = ("solar_pressure", "drag")
 PLACES = {
-    layout.WHEELS: (layout.ROTORS, 3),
-    layout.DISSIPATION: (layout.ALPHA, 1),
-    layout.EDDY: (layout.EDDIES, 9),
+    EffectCode.WHEELS: (BodyRow.ROTORS, 3),
+    EffectCode.DISSIPATION: (BodyRow.ALPHA, 1),
+    EffectCode.EDDY: (BodyRow.EDDIES, 9),
 }
 
 
@@ -203,8 +203,8 @@ def test_momentum_at_the_epoch_is_that_of_the_whole_rate(name):
     initial_state, rng = made.initial_state(), np.random.default_rng(3)
     torque = CachedTorque(made.effects[0], initial_state)
     rows = torque.own_rows
-    rotors = rows[rows[:, 0] == layout.WHEELS, 1:4].sum(axis=0)
-    alpha = rows[rows[:, 0] == layout.DISSIPATION, 1].sum()
+    rotors = rows[rows[:, 0] == EffectCode.WHEELS, 1:4].sum(axis=0)
+    alpha = rows[rows[:, 0] == EffectCode.DISSIPATION, 1].sum()
     states_at_epoch = [
         replace(initial_state, body=body, rate=0.02 * rng.normal(size=3))
         for body in list(kinds_of_bodies(rng)) * 100
@@ -226,8 +226,8 @@ class ByMoments:
         self.place = place
 
     def rows(self, initial_state):
-        out = np.zeros((1, layout.EFFECT_WIDTH))
-        out[0, 0], out[0, self.place] = layout.MAGNETIC, initial_state.moments[0] / 3.0
+        out = np.zeros((1, EffectRow.WIDTH))
+        out[0, 0], out[0, self.place] = EffectCode.MAGNETIC, initial_state.moments[0] / 3.0
         return out
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from attitude.dynamics.exact_motion import ExactMotion
 from attitude.errors import RegimeError
-from attitude.kernels import layout
+from attitude.kernels.layout import GyrostatRegime, GyrostatRoute
 from attitude.oracle.torque_motion import TorqueMotion
 from attitude.oracle.truth import attitude_error, component_error, rate_error
 from attitude.rigid_body.body import RigidBody
@@ -19,7 +19,7 @@ RATE = (0.3, -0.5, 0.4)
 ABC, ACB, BCA = (1.25, 1.5, 2.0), (1.25, 2.0, 1.5), (1.5, 2.0, 1.25)
 TENSOR = ((2.0, 0.1, -0.2), (0.1, 1.6, 0.05), (-0.2, 0.05, 1.4))
 ATTITUDE = (0.5, -0.1, 0.7, 0.4)
-SERIES = {layout.CIRCLING_SERIES: "circling", layout.SWINGING_SERIES: "swinging"}
+SERIES = {GyrostatRoute.CIRCLING: "circling", GyrostatRoute.SWINGING: "swinging"}
 
 # Name: inertia, rate, rotors, and the form that the motion has to take.
 MOTIONS = {
@@ -60,7 +60,7 @@ def samples(batch, seconds):
 def form(batch):
     """The form of the first body's motion."""
     record = batch._cached[0]
-    if record["regime"] <= layout.TWO_TURNS:
+    if record["regime"] <= GyrostatRegime.TWO_TURNS:
         return ("constant rate", "two turns")[record["regime"]]
     if record["any_rotor"]:
         return "any"
@@ -96,7 +96,7 @@ SEPARATRICES = [
 @pytest.mark.parametrize(("moments", "rate", "rotor"), SEPARATRICES)
 def test_separatrix_is_recognised_and_followed(moments, rate, rotor):
     batch, seconds = motion(moments, rate, (0.0, 0.0, rotor)), [-3.0, 0.7, 11.0]
-    assert batch._cached[0]["regime"] == layout.SEPARATRIX_PATH
+    assert batch._cached[0]["regime"] == GyrostatRegime.SEPARATRIX
     assert np.isinf(batch._cached[0]["period"])
     truth = TorqueMotion(moments, rate, ATTITUDE, [("wheels", (0.0, 0.0, rotor))], digits=40).at(seconds)
     for (attitude, _), q in zip(truth, samples(batch, seconds)[0], strict=True):

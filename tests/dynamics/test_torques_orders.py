@@ -8,7 +8,8 @@ import pytest
 
 from attitude import TorqueFreeMotion
 from attitude.effects import UserTorque
-from tests.dynamics.motions import Rows, angle, initial_state, integrate_arc, kepler, layout
+from attitude.kernels.layout import EffectCode
+from tests.dynamics.motions import Rows, angle, initial_state, integrate_arc, kepler
 from tests.dynamics.test_torques_effects import scene as users_scene
 
 RATE, ATTITUDE = np.array([0.3, -0.5, 0.6]), (0.1, -0.7, 0.5, 0.5)
@@ -22,7 +23,7 @@ def body(moments):
     return initial_state(moments, RATE, ATTITUDE)
 
 
-def pushed(moments, share, kind=layout.CONSTANT_BODY):
+def pushed(moments, share, kind=EffectCode.CONSTANT_BODY):
     """A torque of that share of L^2 / I."""
     L = np.linalg.norm(np.array(moments) * RATE)
     return (Rows(kind, share * L * L / max(moments) * np.array([0.6, -0.48, 0.64])),)
@@ -38,7 +39,7 @@ def errors(moments, torques, divisions, span):
     return np.array([angle(end(span / n), truth) for n in divisions])
 
 
-@pytest.mark.parametrize("kind", [layout.CONSTANT_BODY, layout.CONSTANT_INERTIAL])
+@pytest.mark.parametrize("kind", [EffectCode.CONSTANT_BODY, EffectCode.CONSTANT_INERTIAL])
 def test_error_falls_with_at_least_the_sixteenth_power_of_the_step(kind):
     """Steps of six to ten radians, and a torque that changes the spin: from 1e-5 to 1e-12."""
     divisions = np.array([5, 8, 11])
@@ -94,7 +95,7 @@ def test_rounding_of_an_unsymmetric_body_stays_below_its_estimate_over_thousands
 @pytest.mark.parametrize("moments", BODIES.values(), ids=BODIES)
 def test_instants_change_no_step_and_are_as_good_as_steps(moments, dense):
     start = initial_state(moments, RATE, ATTITUDE, orbit_path=kepler(4.0, 10.0, 0.3, 0.5))
-    torques = (Rows(layout.GRAVITY_GRADIENT, 4.0), *pushed(moments, 1e-3))
+    torques = (Rows(EffectCode.GRAVITY_GRADIENT, 4.0), *pushed(moments, 1e-3))
     t = np.sort(np.random.default_rng(5).uniform(0.0, SPAN, 40))
     step = 0.5 if dense else 1.5
     alone, few = integrate_arc(start, torques, step, [SPAN])

@@ -6,12 +6,13 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from attitude.frames import rotations
-from tests.dynamics.motions import Rows, initial_state, integrate_arc, kepler, layout, matrix
+from attitude.kernels.layout import EffectCode
+from tests.dynamics.motions import Rows, initial_state, integrate_arc, kepler, matrix
 
 MU, RADIUS = 3.986004418e14, 6978136.3
 COURSE = kepler(MU, RADIUS)
 N = 2.0 * np.pi / COURSE.period
-TORQUES = (Rows(layout.GRAVITY_GRADIENT, MU),)
+TORQUES = (Rows(EffectCode.GRAVITY_GRADIENT, MU),)
 # The orbit's frame at t = 0, where the body is at x and moves along y: columns x along the track, y against
 # the orbit's normal, z down.
 LEVEL = np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])

@@ -5,7 +5,7 @@ import copy
 import numpy as np
 
 from attitude import Scene
-from attitude.kernels import layout
+from attitude.kernels.layout import EffectCode
 from tests.tables import replaced
 
 DOCUMENT = {
@@ -97,34 +97,34 @@ def torque(row, moments, R, rate, r, v, t, to_sun=None):
     R (3, 3) inertial to principal; rate (3,) principal; r, v (3,) inertial; to_sun (3,) m.
     """
     code, n = int(row[0]), row[1:]
-    if code == layout.CONSTANT_BODY:
+    if code == EffectCode.CONSTANT_BODY:
         return n[:3]
-    if code == layout.CONSTANT_INERTIAL:
+    if code == EffectCode.CONSTANT_INERTIAL:
         return R @ n[:3]
-    if code == layout.EDDY:
+    if code == EffectCode.EDDY:
         return -n[:9].reshape(3, 3) @ rate
-    if code == layout.WHEELS:
+    if code == EffectCode.WHEELS:
         return np.cross(n[:3], rate)
-    if code == layout.DISSIPATION:
+    if code == EffectCode.DISSIPATION:
         m = moments * rate
         return n[0] * np.cross(m, np.cross(m, rate))
     down, distance = R @ r / np.linalg.norm(r), np.linalg.norm(r)
-    if code == layout.GRAVITY_GRADIENT:
+    if code == EffectCode.GRAVITY_GRADIENT:
         return 3.0 * n[0] / distance**3 * np.cross(down, moments * down)
-    if code == layout.MAGNETIC:
+    if code == EffectCode.MAGNETIC:
         phase = 2.0 * np.pi * t * (n[13] + n[14])
         d = n[4:7] + np.cos(phase) * n[7:10] + np.sin(phase) * n[10:13]
         B = n[3] / distance**3 * (3.0 * (d @ r) * r / distance**2 - d)
         return np.cross(n[:3], R @ B)
     normal, centre = n[:3], n[3:6]
-    if code == layout.SOLAR_PLATE:
+    if code == EffectCode.SOLAR_PLATE:
         area, specular, diffuse, pressure = n[6:10]
         s = R @ to_sun / np.linalg.norm(to_sun)
         c = max(0.0, normal @ s)
         pressure = pressure * (AU / np.linalg.norm(to_sun)) ** 2
         push = (1.0 - specular) * s + 2.0 * (specular * c + diffuse / 3.0) * normal
         return np.cross(centre, -pressure * area * c * push)
-    assert code == layout.DRAG_PLATE
+    assert code == EffectCode.DRAG_PLATE
     area, density, radius, height = n[6:10]
     flow = v - np.cross(n[10:13], r)
     speed = np.linalg.norm(flow)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from attitude import AttitudeError, InputError, Scene
 from attitude.effects import KNOWN_EFFECTS, UserTorque, effect_class
 from attitude.effects.magnetic_dipole import G10, G11, H11
-from attitude.kernels import layout
+from attitude.kernels.layout import EffectCode, EffectRow
 from attitude.orbit.path_states import position, velocity
 from tests.effects.scenes import EFFECTS, ON_ORBIT, TORQUES, built, document, effect, quantity, scene, torque
 from tests.tables import GONE, assert_refused, refusals
@@ -104,7 +104,7 @@ def test_tolerance_is_a_billionth_of_a_radian_if_left_out():
 def rows_of(name, changes=None, **parts):
     made, initial_state = built(name, changes, **(TENSOR | parts))
     rows = made.rows(initial_state)
-    assert rows.shape[1] == layout.EFFECT_WIDTH
+    assert rows.shape[1] == EffectRow.WIDTH
     return rows, initial_state
 
 
@@ -336,7 +336,7 @@ def test_any_junk_in_an_effect_is_refused_or_gives_numbers(name):
 def called(made, initial_state, t=1.5, q=(0.5, 0.5, 0.5, 0.5), w=(1.0, 2.0, 3.0)):
     """What compiled code gets that calls the address in the row."""
     row = made.rows(initial_state)[0]
-    assert row[0] == layout.USER
+    assert row[0] == EffectCode.USER
     address = int(row[1:2].view(np.int64)[0])
     doubles = ctypes.POINTER(ctypes.c_double)
     function = ctypes.CFUNCTYPE(None, ctypes.c_double, doubles, doubles, doubles)(address)

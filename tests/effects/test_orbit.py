@@ -18,7 +18,7 @@ from attitude import AttitudeWarning, InputError, Scene
 from attitude.effects.shadow import ShadowHeight, passages
 from attitude.effects.sun import from_earth
 from attitude.frames.celestial import SUN_RADIUS
-from attitude.kernels.solvers.plate_layout import CONICAL, CYLINDRICAL, DARK, FULL_STRENGTH, PARTIAL
+from attitude.kernels.solvers.plate_layout import Light, ShadowModel
 from attitude.orbit.orbit import earth
 from attitude.orbit.path_states import eccentric_anomaly, evaluate, position, state, velocity
 from attitude.problem.initial_state import PiecewisePolynomial
@@ -351,9 +351,9 @@ def fixed_sun(*direction):
 
 def sunlit(made, sun, radius, start, stop):
     """Spans outside the cylinder of the shadow."""
-    found = passages(made, sun, radius, (start, stop), CYLINDRICAL)
+    found = passages(made, sun, radius, (start, stop), ShadowModel.CYLINDRICAL)
     ends = np.concatenate([[start], found.edges, [stop]]).tolist()
-    return [span for span, kind in zip(pairwise(ends), found.kinds, strict=True) if kind == FULL_STRENGTH]
+    return [span for span, kind in zip(pairwise(ends), found.kinds, strict=True) if kind == Light.FULL]
 
 
 def discs(made, sun, radius, t):
@@ -369,9 +369,15 @@ def discs(made, sun, radius, t):
 def test_penumbra_begins_and_ends_where_the_discs_touch(a):
     made = path({"semi_major_axis": quantity(a, "m")})
     sun = fixed_sun(1, 0.2, 0.0)
-    found = passages(made, sun, RADIUS, (0.0, made.period), CONICAL)
+    found = passages(made, sun, RADIUS, (0.0, made.period), ShadowModel.CONICAL)
     ring = a > RADIUS * AU / SUN_RADIUS
-    assert found.kinds.tolist() == [FULL_STRENGTH, PARTIAL, PARTIAL if ring else DARK, PARTIAL, FULL_STRENGTH]
+    assert found.kinds.tolist() == [
+        Light.FULL,
+        Light.PARTIAL,
+        Light.PARTIAL if ring else Light.DARK,
+        Light.PARTIAL,
+        Light.FULL,
+    ]
     own, other, between = discs(made, sun, RADIUS, found.edges)
     touching = np.abs(own - other)
     touching[[0, 3]] = (own + other)[[0, 3]]
@@ -463,10 +469,14 @@ def test_spans_of_any_orbit_are_those_of_close_sampling(seed):
 def test_shadow_of_a_scene_is_conical_or_as_it_says():
     made, initial_state = built("solar_pressure", times={"start": 0, "stop": 1, "count": 2, "unit": "d"})
     found = made.passages(initial_state)
-    assert found.shadow == CONICAL
+    assert found.shadow == ShadowModel.CONICAL
     assert 0.0 < found.edges[0] < found.edges[-1] < 86400.0
     assert len(found.edges) > 40
-    for shadow, expected in (("cylindrical", CYLINDRICAL), (True, CYLINDRICAL), ("conical", CONICAL)):
+    for shadow, expected in (
+        ("cylindrical", ShadowModel.CYLINDRICAL),
+        (True, ShadowModel.CYLINDRICAL),
+        ("conical", ShadowModel.CONICAL),
+    ):
         made, initial_state = built("solar_pressure", {"shadow": shadow})
         assert made.passages(initial_state).shadow == expected
     unshaded, initial_state = built("solar_pressure", {"shadow": False}, orbit=GONE)

@@ -152,10 +152,10 @@ class Sideways(type(scene(effect("wheels")).effects[0])):
     """Rotors whose momentum is along the axis of the greatest moment, whichever that is."""
 
     def rows(self, initial_state):
-        from attitude.kernels import layout
+        from attitude.kernels.layout import EffectCode, EffectRow
 
-        out = np.zeros((1, layout.EFFECT_WIDTH))
-        out[0, 0] = layout.WHEELS
+        out = np.zeros((1, EffectRow.WIDTH))
+        out[0, 0] = EffectCode.WHEELS
         out[0, 1 + int(np.argmax(initial_state.moments))] = 0.03
         return out
 

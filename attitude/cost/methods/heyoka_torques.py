@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels import layout
+from ...kernels.layout import EffectCode, OrbitCode
 from ..initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
 from ..method import AbsentError
 from . import torques
@@ -37,7 +37,7 @@ def equations_of_motion(
         if torque.type not in SUPPORTED_TORQUES or torque.intervals(environment.initial_state) is not None:
             raise AbsentError(f"heyoka cannot integrate {torque.type} here: it is not smooth in time")
     course = environment.initial_state.orbit_path
-    if course is not None and int(course.numbers[0]) != layout.KEPLER:
+    if course is not None and int(course.numbers[0]) != OrbitCode.KEPLER:
         raise AbsentError("heyoka takes no orbits other than Keplerian ones here")
     numbers = torques.TorqueEquations.of(problem)
     q0, q1, q2, q3, x, y, z = variables = heyoka.make_vars("q0", "q1", "q2", "q3", "x", "y", "z")
@@ -71,19 +71,19 @@ def _torque(
 ) -> np.ndarray:
     """Torque of one row of effects, along the principal axes; rotors and dissipation are in the rates."""
     code, values = int(row[0]), _vector(row[1:])
-    if code == layout.CONSTANT_BODY:
+    if code == EffectCode.CONSTANT_BODY:
         return values[:3]
-    if code == layout.CONSTANT_INERTIAL:
+    if code == EffectCode.CONSTANT_INERTIAL:
         return _to_body(q, values[:3])
-    if code == layout.EDDY:
+    if code == EffectCode.EDDY:
         return -numbers.second * values[:9].reshape(3, 3) @ w
-    if code == layout.GRAVITY_GRADIENT:  # 3 mu / r^3 e x I e; terms of equal moments vanish
+    if code == EffectCode.GRAVITY_GRADIENT:  # 3 mu / r^3 e x I e; terms of equal moments vanish
         e, distance = _direction(environment, numbers)
         x, y, z = _to_body(q, e)
         I1, I2, I3 = numbers.moments.tolist()
         crossed = (I3 - I2) * (y * z), (I1 - I3) * (z * x), (I2 - I1) * (x * y)
         return 3.0 * values[0] * distance**-3.0 * _vector(crossed)
-    if code == layout.MAGNETIC:
+    if code == EffectCode.MAGNETIC:
         return _magnetic(values, environment, numbers, q)
     return _vector((0.0, 0.0, 0.0))
 

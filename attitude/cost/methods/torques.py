@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from ... import stopping
 from ...dynamics.arcs import Arc, instants_within
-from ...kernels import layout
+from ...kernels.layout import ORBIT_WIDTH, EffectCode, EffectRow, OrbitCode
 from ...problem.torque_rows import number_pieces
 from ..initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
 from .euler import kernel, routine
@@ -30,19 +30,23 @@ TURN = 2.0 * np.pi
 # Codes of this file, so that numba's cache depends on nothing outside it.
 BODY_FIXED, INERTIAL, GRADIENT, EDDY, MAGNETIC, SOLAR_PLATE, DRAG_PLATE, INTERNAL = range(8)
 AIR_START, AIR_SCALE, AIR_POWERS, AIR_FIRST, AIR_COUNT = 0, 1, 2, 14, 15
-TORQUE_CODES = {
-    layout.CONSTANT_BODY: BODY_FIXED,
-    layout.CONSTANT_INERTIAL: INERTIAL,
-    layout.GRAVITY_GRADIENT: GRADIENT,
-    layout.EDDY: EDDY,
-    layout.MAGNETIC: MAGNETIC,
-    layout.SOLAR_PLATE: SOLAR_PLATE,
-    layout.DRAG_PLATE: DRAG_PLATE,
-    layout.WHEELS: INTERNAL,
-    layout.DISSIPATION: INTERNAL,
+TORQUE_CODES: dict[int, int] = {
+    EffectCode.CONSTANT_BODY: BODY_FIXED,
+    EffectCode.CONSTANT_INERTIAL: INERTIAL,
+    EffectCode.GRAVITY_GRADIENT: GRADIENT,
+    EffectCode.EDDY: EDDY,
+    EffectCode.MAGNETIC: MAGNETIC,
+    EffectCode.SOLAR_PLATE: SOLAR_PLATE,
+    EffectCode.DRAG_PLATE: DRAG_PLATE,
+    EffectCode.WHEELS: INTERNAL,
+    EffectCode.DISSIPATION: INTERNAL,
 }
 NO_ORBIT, ELLIPSE, PIECEWISE = range(3)
-ORBIT_CODES = {layout.NO_ORBIT: NO_ORBIT, layout.KEPLER: ELLIPSE, layout.TABLE: PIECEWISE}
+ORBIT_CODES: dict[int, int] = {
+    OrbitCode.NONE: NO_ORBIT,
+    OrbitCode.KEPLER: ELLIPSE,
+    OrbitCode.TABLE: PIECEWISE,
+}
 
 
 @dataclass(frozen=True)
@@ -75,9 +79,9 @@ class TorqueEquations:
         torques = environment.torques if arc is None else arc.torques
         rows = [torque.rows(initial_state) for torque in torques]
         air = number_pieces(rows, torques, initial_state)
-        table = np.concatenate([np.zeros((0, layout.EFFECT_WIDTH)), *rows])
-        rotors = table[table[:, 0] == layout.WHEELS, 1:4].sum(axis=0)
-        alpha = float(table[table[:, 0] == layout.DISSIPATION, 1].sum())
+        table = np.concatenate([np.zeros((0, EffectRow.WIDTH)), *rows])
+        rotors = table[table[:, 0] == EffectCode.WHEELS, 1:4].sum(axis=0)
+        alpha = float(table[table[:, 0] == EffectCode.DISSIPATION, 1].sum())
         second = 2.0 ** int(np.frexp(environment.pace)[1])
         attitude = (Rotation.from_quat(problem.attitude, scalar_first=True) * axes).as_quat(scalar_first=True)
         rate = _own_rate(
@@ -138,7 +142,7 @@ def _own_rate(moments: np.ndarray, attitude_rate: np.ndarray, rotors: np.ndarray
 def _orbit_and_sun(environment: TorqueEnvironment) -> tuple[np.ndarray, ...]:
     """Orbit, its pieces, Sun (start, length, 1 where there is one), its pieces."""
     course, initial_state = environment.initial_state.orbit_path, environment.initial_state
-    orbit, orbit_pieces = np.zeros(layout.ORBIT_WIDTH), np.zeros((1, 3, 1))
+    orbit, orbit_pieces = np.zeros(ORBIT_WIDTH), np.zeros((1, 3, 1))
     sun, sun_pieces = np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))
     if course is not None:
         orbit, orbit_pieces = course.numbers.copy(), course.coefficients

@@ -1,6 +1,6 @@
 """Height of a body's lowest point over a plane, and a time for which it certainly stays off the plane.
 
-The body is the convex hull of its corners, each with a rim or a ball about it (`layout`, WORLD_WIDTH).
+The body is the convex hull of its corners, each with a rim or a ball about it (`layout.GroundRow`).
 With n the plane's normal in body components and z the height of the centre of mass, corner p with
 its rim stands at
 
@@ -18,8 +18,8 @@ import math
 from typing import NamedTuple
 
 from ..intrinsics import routine
-from ..layout import BALL, RIM, SHARP
-from ..vectors import add_scaled, cross, dot, first_three, norm, times, transposed
+from ..layout import CornerKind, GroundRow
+from ..vectors import add_scaled, cross, dot, first_three, norm, three, times, transposed
 
 # Relative to the body's size: distance within which a point is on the plane, and depth that the lower bound
 # on the path of a leaving point may reach (it cannot tell such a point from one that dips below).
@@ -30,7 +30,7 @@ STILL_SPEED = 1e-14
 
 
 class ContactModel(NamedTuple):
-    """Plane, gravity, laws of contact and shape of the body; `layout`, WORLD_WIDTH."""
+    """Plane, gravity, laws of contact and shape of the body; `layout.GroundRow`."""
 
     points: object
     mass: float
@@ -39,7 +39,7 @@ class ContactModel(NamedTuple):
     height: float
     restitution: float
     friction: float
-    corner_kind: int  # SHARP, RIM or BALL
+    corner_kind: int  # CornerKind
     radius: float
     axis: tuple
     reach: float
@@ -66,20 +66,20 @@ class FlightBounds(NamedTuple):
 
 @routine
 def contact_model(points, numbers):
-    """Unpack the numbers of `layout`, WORLD_WIDTH."""
+    """Unpack the numbers of `layout.GroundRow`."""
     return ContactModel(
         points,
-        numbers[0],
-        first_three(numbers[1:4]),
-        first_three(numbers[4:7]),
-        numbers[7],
-        numbers[8],
-        numbers[9],
-        int(numbers[10]),
-        numbers[11],
-        first_three(numbers[12:15]),
-        numbers[15],
-        numbers[16],
+        numbers[GroundRow.MASS],
+        three(numbers, GroundRow.GRAVITY),
+        three(numbers, GroundRow.NORMAL),
+        numbers[GroundRow.HEIGHT],
+        numbers[GroundRow.RESTITUTION],
+        numbers[GroundRow.FRICTION],
+        int(numbers[GroundRow.CORNER_KIND]),
+        numbers[GroundRow.CORNER_RADIUS],
+        three(numbers, GroundRow.AXIS),
+        numbers[GroundRow.REACH],
+        numbers[GroundRow.SIZE],
     )
 
 
@@ -117,9 +117,9 @@ def flight_bounds(ground, moments, axes, constant, rate, view):
 @routine
 def _corner_depth(ground, view):
     """Depth of the lowest point below its corner, and its rate."""
-    if ground.corner_kind == SHARP:
+    if ground.corner_kind == CornerKind.SHARP:
         return 0.0, 0.0
-    if ground.corner_kind == BALL:
+    if ground.corner_kind == CornerKind.BALL:
         return ground.radius, 0.0
     across, change = cross(view.normal, ground.axis), cross(view.turning, ground.axis)
     length = norm(across)
@@ -165,7 +165,7 @@ def contact_free_time(ground, view, limits, still):
 def _bound_root(ground, view, limits, height, rate):
     """Time at which the lower bound on the height of a corner's lowest point is zero."""
     time = _parabola_root(height, rate, limits.bend)
-    if ground.corner_kind != RIM or time == math.inf:
+    if ground.corner_kind != CornerKind.RIM or time == math.inf:
         return time
     # the rim's contribution lies below its tangent: Newton's method from the right stays on the right
     across, change = cross(view.normal, ground.axis), cross(view.turning, ground.axis)

@@ -11,8 +11,20 @@ from ..cayley_klein import sample
 from ..doubledouble import two_sum
 from ..intrinsics import kernel, routine
 from ..invariants import invariants
-from ..layout import AT_REST, CONSTANT_RATE, NO_ROOM, OUT_OF_RANGE, RIM, RIM_POINTS, TIME_IS_UP, TOO_LONG
-from ..vectors import across, add_scaled, dot, first_three, norm, rotation, times, transposed
+from ..layout import RIM_POINTS, BounceState, ContactRow, CornerKind, FlightEnd, FlightRow, Regime, TouchRow
+from ..vectors import (
+    across,
+    add_scaled,
+    dot,
+    first_three,
+    four,
+    norm,
+    pair_at,
+    rotation,
+    three,
+    times,
+    transposed,
+)
 from . import clearance, impact
 from .clearance import STILL_SPEED
 
@@ -39,8 +51,8 @@ class Log(NamedTuple):
     """Flights and the contacts that end them; written, but for the start of the first flight."""
 
     records: Any  # (k,) of INVARIANTS, zeros at first
-    flights: Any  # (k + 1, FLIGHT_WIDTH)
-    contacts: Any  # (k, CONTACT_WIDTH)
+    flights: Any  # (k + 1, FlightRow.WIDTH)
+    contacts: Any  # (k, ContactRow.WIDTH)
 
 
 class Scratch(NamedTuple):
@@ -55,7 +67,7 @@ class Scratch(NamedTuple):
     time: Any  # (1,)
     quaternion: Any  # (4, 1, 1)
     rate: Any  # (3, 1, 1)
-    points: Any  # (n * RIM_POINTS, TOUCH_WIDTH)
+    points: Any  # (n * RIM_POINTS, TouchRow.WIDTH)
 
 
 @kernel
@@ -65,57 +77,57 @@ def bounce(tensor, moments, axes, corners, numbers, state, halted, *arrays):
     Parameters
     ----------
     tensor, moments, axes : (1, 3, 3), (1, 3, 2), (1, 3, 3, 2): the body, as in `invariants.invariants`
-    corners, numbers : (n, 3) and (WORLD_WIDTH,): shape and plane
-    state : (8,): greatest speed of the surface, m/s, and number of contacts in quick succession, both so far
-        (zeros at first); written: what ended it, number of contacts, the time of the end (2); then read: the
-        time until which to go on, s, in two parts
+    corners, numbers : (n, 3) and (GroundRow.WIDTH,): shape and plane
+    state : (BounceState.WIDTH,), read and written
     halted : (1,), set to another number than 0 by another thread to end it: what is written is of no use then
     arrays : those of `Log`, then those of `Scratch`
     """
     log, scratch = Log(*arrays[:3]), Scratch(*arrays[3:])
     ground = clearance.contact_model(corners, numbers)
     body = BodyConstants(tensor, moments, axes, impact.inverse_tensor(moments[0], axes[0]))
-    flight, time, end = 0, 0.0, NO_ROOM
+    flight, time, end = 0, 0.0, FlightEnd.NO_ROOM
     while flight < log.records.shape[0]:
         start, record = log.flights[flight], log.records[flight : flight + 1]
         _make_record(body, start, record, scratch)
         limits = _limits(ground, body, record[0], start)
         if not _in_range(record[0], limits):
-            end = OUT_OF_RANGE
+            end = FlightEnd.OUT_OF_RANGE
             break
-        state[0] = max(state[0], limits.speed)
-        if state[1] >= MAX_QUICK_CONTACTS:
-            time, end = 0.0, AT_REST
+        state[BounceState.SPEED] = max(state[BounceState.SPEED], limits.speed)
+        if state[BounceState.QUICK_CONTACTS] >= MAX_QUICK_CONTACTS:
+            time, end = 0.0, FlightEnd.AT_REST
             break
-        left, still = (state[6] - start[0]) + (state[7] - start[1]), STILL_SPEED * state[0]
+        until, until_low = pair_at(state, BounceState.UNTIL)
+        left = (until - start[FlightRow.TIME]) + (until_low - start[FlightRow.TIME_LOW])
+        still = STILL_SPEED * state[BounceState.SPEED]
         time, end = _first_contact(ground, record, start, limits, still, left, halted, scratch)
-        if end != NO_ROOM:
+        if end != FlightEnd.NO_ROOM:
             break
         # no longer than a bounce of QUICK_BOUNCE_HEIGHT
         is_quick = limits.bend * time * time <= 4.0 * QUICK_BOUNCE_HEIGHT * ground.size
-        state[1] = state[1] + 1.0 if is_quick else 0.0
+        state[BounceState.QUICK_CONTACTS] = state[BounceState.QUICK_CONTACTS] + 1.0 if is_quick else 0.0
         _collide(ground, body, log, flight, time, halted, scratch)
         if halted[0] != 0.0:
             break
         flight, time = flight + 1, 0.0
-    state[2], state[3] = end, flight
-    _write_time(log.flights[flight], time, state[4:6])
+    state[BounceState.END], state[BounceState.CONTACTS] = end, flight
+    _write_time(log.flights[flight], time, state[BounceState.TIME :])
 
 
 @routine
 def _write_time(start, time, out):
     """`time` into a flight, in two parts."""
-    hi, low = two_sum(start[0], time)
-    out[0], out[1] = two_sum(hi, start[1] + low)
+    hi, low = two_sum(start[FlightRow.TIME], time)
+    out[0], out[1] = two_sum(hi, start[FlightRow.TIME_LOW] + low)
 
 
 @routine
 def _make_record(body, start, record, scratch):
     """Constants of the motion from the start of a flight."""
     for i in range(4):
-        scratch.attitudes[0, i] = start[2 + i]
+        scratch.attitudes[0, i] = start[FlightRow.ATTITUDE + i]
     for i in range(3):
-        scratch.rates[0, i] = start[6 + i]
+        scratch.rates[0, i] = start[FlightRow.RATE + i]
     rates, attitudes = scratch.rates, scratch.attitudes
     invariants(body.tensor, body.moments, body.axes, rates, attitudes, record, *scratch[:4])
 
@@ -127,19 +139,19 @@ def _motion(ground, record, start, time, scratch):
     scratch.time[0] = time
     sample(record, scratch.time, None, q, w, 0, 0, 1)
     rows = rotation((q[0, 0, 0], q[1, 0, 0], q[2, 0, 0], q[3, 0, 0]))
-    velocity = first_three(start[12:15])
+    velocity = three(start, FlightRow.VELOCITY)
     mean = add_scaled(velocity, 0.5 * time, ground.gravity)
-    position = add_scaled(first_three(start[9:12]), time, mean)
+    position = add_scaled(three(start, FlightRow.POSITION), time, mean)
     return rows, (w[0, 0, 0], w[1, 0, 0], w[2, 0, 0]), position, add_scaled(velocity, time, ground.gravity)
 
 
 @routine
 def _limits(ground, body, record, start):
     """Bounds that hold throughout the flight."""
-    rows = rotation((start[2], start[3], start[4], start[5]))
-    rate = first_three(start[6:9])
-    view = clearance.plane_in_body(ground, rows, rate, first_three(start[9:12]), first_three(start[12:15]))
-    constant = record.regime == CONSTANT_RATE
+    rows, rate = rotation(four(start, FlightRow.ATTITUDE)), three(start, FlightRow.RATE)
+    position, velocity = three(start, FlightRow.POSITION), three(start, FlightRow.VELOCITY)
+    view = clearance.plane_in_body(ground, rows, rate, position, velocity)
+    constant = record.regime == Regime.CONSTANT_RATE
     return clearance.flight_bounds(ground, body.moments[0], body.axes[0], constant, rate, view)
 
 
@@ -161,14 +173,14 @@ def _first_contact(ground, record, start, limits, still, left, halted, scratch):
         view = clearance.plane_in_body(ground, *_motion(ground, record, start, time, scratch))
         wait, lowest, touches = clearance.contact_free_time(ground, view, limits, still)
         if touches < math.inf:
-            return min(max(time + touches, 0.0), left), NO_ROOM
+            return min(max(time + touches, 0.0), left), FlightEnd.NO_ROOM
         if time >= left or halted[0] != 0.0:
-            return left, TIME_IS_UP
+            return left, FlightEnd.TIME_IS_UP
         steps_on_plane = steps_on_plane + 1 if lowest <= limits.dip else 0
         if steps_on_plane > MAX_STEPS_ON_PLANE:
-            return time, AT_REST
+            return time, FlightEnd.AT_REST
         time = min(left, max(time + wait, time * (1.0 + 2.0**-52)))
-    return time, TOO_LONG
+    return time, FlightEnd.TOO_LONG
 
 
 @routine
@@ -182,15 +194,18 @@ def _collide(ground, body, log, flight, time, halted, scratch):
     count = _contact_points(ground, view, points)
     inertia = impact.Inertia(1.0 / ground.mass, body.inverse, view.normal, ground.friction)
     before = times(back, velocity)
-    contact[0], contact[1] = count, _approach(points, count, view.normal, before, rate)
+    contact[ContactRow.POINTS] = count
+    contact[ContactRow.SPEED] = _approach(points, count, view.normal, before, rate)
     now, rate_after = impact.respond(points, count, inertia, ground.restitution, before, rate, halted)
     change = times(rows, add_scaled(now, -1.0, before))
-    _write_time(start, time, after[0:2])
+    _write_time(start, time, after)
     for i in range(4):
-        after[2 + i] = q[i, 0, 0]
+        after[FlightRow.ATTITUDE + i] = q[i, 0, 0]
     for i in range(3):
-        after[6 + i], after[9 + i], after[12 + i] = rate_after[i], position[i], velocity[i] + change[i]
-        contact[2 + i], contact[8 + i], contact[11 + i] = ground.mass * change[i], rate[i], velocity[i]
+        after[FlightRow.RATE + i], after[FlightRow.POSITION + i] = rate_after[i], position[i]
+        after[FlightRow.VELOCITY + i] = velocity[i] + change[i]
+        contact[ContactRow.IMPULSE + i] = ground.mass * change[i]
+        contact[ContactRow.RATE + i], contact[ContactRow.VELOCITY + i] = rate[i], velocity[i]
     _write_centre(points, count, rows, position, contact)
 
 
@@ -208,11 +223,12 @@ def _write_centre(points, count, rows, position, contact):
     """Point of application of the impulse: the mean of the points, weighted by their normal impulses."""
     mean, total = (0.0, 0.0, 0.0), 0.0
     for i in range(count):
-        mean, total = add_scaled(mean, points[i, 3], impact.point(points, i)), total + points[i, 3]
+        weight = points[i, TouchRow.NORMAL]
+        mean, total = add_scaled(mean, weight, impact.point(points, i)), total + weight
     total = total if total > 0.0 else 1.0
     mean = times(rows, mean)
     for i in range(3):
-        contact[5 + i] = position[i] + mean[i] / total
+        contact[ContactRow.CENTRE + i] = position[i] + mean[i] / total
 
 
 # -- contact points ---------------------------------------------------------------------------------
@@ -236,13 +252,13 @@ def _write_lowest(ground, normal, i, points, count):
     """Write the lowest point about a corner; of a rim that lies flat, points all around."""
     corner = first_three(ground.points[i])
     inwards = -ground.radius
-    if ground.corner_kind == RIM:
+    if ground.corner_kind == CornerKind.RIM:
         down = add_scaled(normal, -dot(normal, ground.axis), ground.axis)
         length = norm(down)
         if ground.radius * length <= SIMULTANEOUS_HEIGHT * ground.size:
             return _write_rim(ground, corner, points, count)
         normal, inwards = down, -ground.radius / length
-    points[count, 0], points[count, 1], points[count, 2] = add_scaled(corner, inwards, normal)
+    impact.put(points, count, TouchRow.POSITION, add_scaled(corner, inwards, normal))
     return count + 1
 
 
@@ -253,5 +269,5 @@ def _write_rim(ground, corner, points, count):
         angle = 2.0 * math.pi * k / RIM_POINTS
         point = add_scaled(corner, ground.radius * math.cos(angle), first)
         point = add_scaled(point, ground.radius * math.sin(angle), second)
-        points[count + k, 0], points[count + k, 1], points[count + k, 2] = point
+        impact.put(points, count + k, TouchRow.POSITION, point)
     return count + RIM_POINTS

@@ -23,7 +23,8 @@ import math
 from typing import NamedTuple
 
 from ..intrinsics import routine
-from ..vectors import across, add_scaled, cross, dot, norm, scaled, times, transposed
+from ..layout import TouchRow
+from ..vectors import across, add_scaled, cross, dot, norm, scaled, three, times, transposed, unit_vector
 from . import friction
 
 MAX_SWEEPS = 20000
@@ -57,7 +58,13 @@ def _inverse_row(moments, axes, i):
 @routine
 def point(points, i):
     """Position of a contact point from the centre of mass, body frame."""
-    return points[i, 0], points[i, 1], points[i, 2]
+    return three(points[i], TouchRow.POSITION)
+
+
+@routine
+def put(points, i, first, vector):
+    """Write a vector of a contact point, from `first` on."""
+    points[i, first], points[i, first + 1], points[i, first + 2] = vector
 
 
 @routine
@@ -70,7 +77,7 @@ def velocity_at(r, velocity, rate):
 def respond(points, count, body, restitution, velocity, rate, halted):
     """Velocity and rate (body frame) after the contact; the first `count` points are in contact.
 
-    points : (n, TOUCH_WIDTH), positions read, the rest written
+    points : (n, TouchRow.WIDTH), positions read, the rest written
     halted : (1,), another number than 0 ends the iterations
     """
     _prepare(points, count, body)
@@ -88,13 +95,13 @@ def _prepare(points, count, body):
     """Write the response of each point to a unit impulse along the normal, and a bound on it across."""
     for i in range(count):
         r, whole = point(points, i), 0.0
-        points[i, 7] = dot(body.normal, _response(body, r, body.normal))
+        normal = dot(body.normal, _response(body, r, body.normal))
         for k in range(3):
-            unit = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
+            unit = unit_vector(k)
             whole += dot(unit, _response(body, r, unit))
-        points[i, 8] = whole - points[i, 7]
-        for k in range(3, 7):
-            points[i, k] = 0.0
+        points[i, TouchRow.NORMAL_RESPONSE], points[i, TouchRow.TANGENTIAL_RESPONSE] = normal, whole - normal
+        points[i, TouchRow.NORMAL] = 0.0
+        put(points, i, TouchRow.TANGENTIAL, (0.0, 0.0, 0.0))
 
 
 @routine
@@ -107,14 +114,14 @@ def _response(body, r, impulse):
 @routine
 def _impulse(points, i, body):
     """Impulse at a point."""
-    return add_scaled((points[i, 4], points[i, 5], points[i, 6]), points[i, 3], body.normal)
+    return add_scaled(three(points[i], TouchRow.TANGENTIAL), points[i, TouchRow.NORMAL], body.normal)
 
 
 @routine
 def _scale(points, count, factor):
     for i in range(count):
-        for k in range(3, 7):
-            points[i, k] *= factor
+        points[i, TouchRow.NORMAL] *= factor
+        put(points, i, TouchRow.TANGENTIAL, scaled(factor, three(points[i], TouchRow.TANGENTIAL)))
 
 
 @routine
@@ -172,7 +179,8 @@ def _limit_energy(points, count, body, velocity, rate, after, rate_after):
 def _expand(points, count, body, restitution, velocity, rate, scale, halted):
     """Restitution, the second stage: impulses of the first scaled, then friction optimised."""
     _scale(points, count, restitution)
-    if count == 1 and body.friction > 0.0 and _solve_one_point(points, body, velocity, rate, points[0, 3]):
+    normal = points[0, TouchRow.NORMAL]
+    if count == 1 and body.friction > 0.0 and _solve_one_point(points, body, velocity, rate, normal):
         return _motion_after(points, count, body, velocity, rate)
     after, rate_after = _motion_after(points, count, body, velocity, rate)
     last = math.inf
@@ -204,13 +212,8 @@ def _solve_one_point(points, body, velocity, rate, normal):
     )
     solved, j = friction.solve(K, times(rows, velocity_at(r, velocity, rate)), body.friction, normal)
     if solved:
-        tangential = times(transposed(rows), (0.0, j[1], j[2]))
-        points[0, 3], points[0, 4], points[0, 5], points[0, 6] = (
-            j[0],
-            tangential[0],
-            tangential[1],
-            tangential[2],
-        )
+        points[0, TouchRow.NORMAL] = j[0]
+        put(points, 0, TouchRow.TANGENTIAL, times(transposed(rows), (0.0, j[1], j[2])))
     return solved
 
 
@@ -224,9 +227,10 @@ def _sweep_normal(points, count, body, velocity, rate):
     for i in range(count):
         speed = dot(velocity_at(point(points, i), velocity, rate), body.normal)
         # the matrix between points has no eigenvalue above `count` times its diagonal's
-        j = max(0.0, points[i, 3] - speed / (count * points[i, 7]))
-        greatest = max(greatest, abs(j - points[i, 3]) * points[i, 7])
-        points[i, 3] = j
+        old, response = points[i, TouchRow.NORMAL], points[i, TouchRow.NORMAL_RESPONSE]
+        j = max(0.0, old - speed / (count * response))
+        greatest = max(greatest, abs(j - old) * response)
+        points[i, TouchRow.NORMAL] = j
     return greatest
 
 
@@ -235,13 +239,13 @@ def _sweep_tangential(points, count, body, velocity, rate):
     """One step of all tangential impulses, each within its disc; returns the greatest change of a speed."""
     greatest = 0.0
     for i in range(count):
-        old = points[i, 4], points[i, 5], points[i, 6]
+        old, response = three(points[i], TouchRow.TANGENTIAL), points[i, TouchRow.TANGENTIAL_RESPONSE]
         u = velocity_at(point(points, i), velocity, rate)
         u = add_scaled(u, -dot(u, body.normal), body.normal)
-        j = add_scaled(old, -1.0 / (count * points[i, 8]), u)
-        length, most = norm(j), body.friction * points[i, 3]
+        j = add_scaled(old, -1.0 / (count * response), u)
+        length, most = norm(j), body.friction * points[i, TouchRow.NORMAL]
         if length > most:
             j = scaled(most / length, j)
-        greatest = max(greatest, norm(add_scaled(j, -1.0, old)) * points[i, 8])
-        points[i, 4], points[i, 5], points[i, 6] = j
+        greatest = max(greatest, norm(add_scaled(j, -1.0, old)) * response)
+        put(points, i, TouchRow.TANGENTIAL, j)
     return greatest

@@ -22,7 +22,7 @@ from ..cayley_klein import (
 )
 from ..doubledouble import fast_two_sum, pair, two_product, two_sum
 from ..intrinsics import bits_of, fma, kernel, routine
-from ..layout import CIRCLING_SERIES, SWINGING_SERIES
+from ..layout import GyrostatRoute
 from ..phase import ROUND, argument, phase, sine_cosine
 from ..rotation import rotated_back
 from ..vectors import dot, first_three, rows_of
@@ -158,9 +158,9 @@ def sample(bodies, t, t_low, quaternions, rates, place, first, last):
     """Attitudes and body rates of each gyrostat at each instant; arguments as in `cayley_klein.sample`."""
     for b in range(bodies.shape[0]):
         window = place + b, first, last
-        if bodies[b].route == CIRCLING_SERIES:
+        if bodies[b].route == GyrostatRoute.CIRCLING:
             sample_series(bodies[b], window, t, t_low, quaternions, rates, None)
-        elif bodies[b].route == SWINGING_SERIES:
+        elif bodies[b].route == GyrostatRoute.SWINGING:
             sample_series(bodies[b], window, t, t_low, quaternions, rates, 1)
         else:
             sample_transformed(bodies[b], window, t, t_low, quaternions, rates)

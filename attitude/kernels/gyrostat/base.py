@@ -5,9 +5,10 @@ from typing import NamedTuple
 from ..doubledouble import ONE, ZERO, add, div, hypot, mul, neg, two_product
 from ..expansion import append, append_pair, append_product, clear, value
 from ..intrinsics import routine
+from ..layout import Sum
 from ..regime import ascending
 from .boost import SMALLEST_K, boosted, dot
-from .conserved import A12, A13, A23, M1, M2, M3, PART, PRINCIPAL, PRODUCT, TOTAL, Conserved, K, conserved
+from .conserved import Conserved, conserved
 
 # The other two axes before a given one, right-handed.
 BEFORE = ((1, 2), (2, 0), (0, 1))
@@ -33,16 +34,16 @@ def momenta(tensor, rate, h, R, diagonal, rows):
     Exact for a diagonal tensor; of any other, exact in the body's axes and turned in two parts.
     """
     for i in range(3):
-        clear(rows[PRINCIPAL + i])
+        clear(rows[Sum.PRINCIPAL + i])
         for j in range(3):
-            append_pair(rows[PRINCIPAL + i], 1.0, two_product(tensor[i, j], rate[j]))
-        append(rows[PRINCIPAL + i], h[i])
+            append_pair(rows[Sum.PRINCIPAL + i], 1.0, two_product(tensor[i, j], rate[j]))
+        append(rows[Sum.PRINCIPAL + i], h[i])
     rotors = (h[0], 0.0), (h[1], 0.0), (h[2], 0.0)
     if diagonal:
         return rotors
     body = _momentum(rows)
     for i in range(3):
-        _set(rows[PRINCIPAL + i], dot(R[i], body))
+        _set(rows[Sum.PRINCIPAL + i], dot(R[i], body))
     return dot(R[0], rotors), dot(R[1], rotors), dot(R[2], rotors)
 
 
@@ -65,7 +66,7 @@ def _set(row, x):
 
 @routine
 def _momentum(rows):
-    return value(rows[PRINCIPAL]), value(rows[PRINCIPAL + 1]), value(rows[PRINCIPAL + 2])
+    return value(rows[Sum.PRINCIPAL]), value(rows[Sum.PRINCIPAL + 1]), value(rows[Sum.PRINCIPAL + 2])
 
 
 @routine
@@ -93,7 +94,7 @@ def base_problem(inertia, h, rows):
             axes = along_rotor(h, i, j, axis)
             m = _momentum(rows)
             for n in range(3):
-                _set(rows[PRINCIPAL + n], dot(axes[n], m))
+                _set(rows[Sum.PRINCIPAL + n], dot(axes[n], m))
             h = hypot(h[i], h[j]), ZERO, h[axis]
             return without_symmetry((inertia[i], inertia[j], inertia[axis]), h, axes, rows)
     return without_symmetry(inertia, h, identity, rows)
@@ -134,24 +135,24 @@ def without_symmetry(inertia, h, axes, rows):
 def axis_rows(inertia, h, axis, rows):
     """Write M, A_ij and K of a rotor along a principal axis to their rows; returns W = I1 I2 I3."""
     i, j = BEFORE[axis]
-    for row, source in ((M1, i), (M2, j), (M3, axis)):
+    for row, source in ((Sum.M1, i), (Sum.M2, j), (Sum.M3, axis)):
         clear(rows[row])
-        for n in range(1, int(rows[PRINCIPAL + source][0]) + 1):
-            append(rows[row], rows[PRINCIPAL + source][n])
+        for n in range(1, int(rows[Sum.PRINCIPAL + source][0]) + 1):
+            append(rows[row], rows[Sum.PRINCIPAL + source][n])
     # W (a_p - a_q) = (I_q - I_p) I_r
-    for row, p, q, r in ((A12, i, j, axis), (A13, i, axis, j), (A23, j, axis, i)):
-        _set(rows[PART], inertia[q])
-        append_pair(rows[PART], -1.0, inertia[p])
-        _set(rows[PRODUCT], inertia[r])
+    for row, p, q, r in ((Sum.A12, i, j, axis), (Sum.A13, i, axis, j), (Sum.A23, j, axis, i)):
+        _set(rows[Sum.PART], inertia[q])
+        append_pair(rows[Sum.PART], -1.0, inertia[p])
+        _set(rows[Sum.PRODUCT], inertia[r])
         clear(rows[row])
-        append_product(rows[row], 1.0, rows[PART], rows[PRODUCT])
-    _set(rows[PART], inertia[i])
-    _set(rows[PRODUCT], inertia[j])
-    clear(rows[TOTAL])
-    append_product(rows[TOTAL], 1.0, rows[PART], rows[PRODUCT])
-    _set(rows[PART], h[axis])
-    clear(rows[K])
-    append_product(rows[K], 1.0, rows[PART], rows[TOTAL])
+        append_product(rows[row], 1.0, rows[Sum.PART], rows[Sum.PRODUCT])
+    _set(rows[Sum.PART], inertia[i])
+    _set(rows[Sum.PRODUCT], inertia[j])
+    clear(rows[Sum.TOTAL])
+    append_product(rows[Sum.TOTAL], 1.0, rows[Sum.PART], rows[Sum.PRODUCT])
+    _set(rows[Sum.PART], h[axis])
+    clear(rows[Sum.K])
+    append_product(rows[Sum.K], 1.0, rows[Sum.PART], rows[Sum.TOTAL])
     return mul(mul(inertia[i], inertia[j]), inertia[axis])
 
 
@@ -175,9 +176,9 @@ def _any_rotor(inertia, h, axes, rows):
         div(mul(h[2], inverse), inertia[2]),
     )
     new = boosted(inertia, k, gamma)
-    for row, x in ((M1, new.gamma[0]), (M2, new.gamma[1]), (M3, new.gamma[2])):
+    for row, x in ((Sum.M1, new.gamma[0]), (Sum.M2, new.gamma[1]), (Sum.M3, new.gamma[2])):
         _set(rows[row], x)
-    for row, x in ((A12, new.a12), (A13, new.a13), (A23, new.a23), (K, new.k)):
+    for row, x in ((Sum.A12, new.a12), (Sum.A13, new.a13), (Sum.A23, new.a23), (Sum.K, new.k)):
         _set(rows[row], x)
     c = conserved(rows, ONE, new.a, L)
     w = combination(new.w, axes)
@@ -213,8 +214,8 @@ def _two_turns(inertia, h, axis, rows):
     m = _momentum(rows)
     across = hypot(m[i], m[j])
     W = axis_rows(inertia, h, axis, rows)
-    _set(rows[M1], across)
-    clear(rows[M2])
+    _set(rows[Sum.M1], across)
+    clear(rows[Sum.M2])
     a = div(ONE, inertia[i])
     c = conserved(rows, W, (a, a, div(ONE, inertia[axis])), ZERO)
     inverse = div(ONE, across) if across[0] > 0.0 else ZERO
@@ -245,11 +246,11 @@ def sphere(inertia, h, rows):
         add(mul(third[2], first[0]), neg(mul(third[0], first[2]))),
         add(mul(third[0], first[1]), neg(mul(third[1], first[0]))),
     )
-    for row in (M2, A12, A13, A23):
+    for row in (Sum.M2, Sum.A12, Sum.A13, Sum.A23):
         clear(rows[row])
-    _set(rows[M1], across)
-    _set(rows[M3], m3)
+    _set(rows[Sum.M1], across)
+    _set(rows[Sum.M3], m3)
     a = div(ONE, inertia[0])
-    _set(rows[K], mul(a, size))
+    _set(rows[Sum.K], mul(a, size))
     c = conserved(rows, ONE, (a, a, a), ZERO)
     return Base(c, True, c.L, ZERO, (first, second, third), (ZERO, ZERO, ZERO), False, 1.0)

@@ -9,8 +9,8 @@ from typing import NamedTuple
 from ..doubledouble import ONE, PI, ZERO, add, div, exp, expm1, mul, neg, scale, sin_cos, sqrt, square, sub
 from ..elliptic import mean_with_one
 from ..intrinsics import routine
-from ..layout import CIRCLING_SERIES, SWINGING_SERIES, TRANSFORMED_SERIES
-from .path import CIRCLING
+from ..layout import GyrostatRoute
+from .path import Family
 
 LARGEST_NOME = 0.04321391826377226  # exp(-pi): the transformed series is as short there
 
@@ -66,7 +66,7 @@ def coefficients(path):
 
 @routine
 def _series(path, p, mean, ratio):
-    if path.family == CIRCLING:
+    if path.family == Family.CIRCLING:
         return circling_series(path, p, mean, ratio)
     return swinging_series(path, p, mean)
 
@@ -135,7 +135,7 @@ def circling_series(path, p, mean, ratio):
     beta_re = _times(scale(factor_b, s), sines_over_first((c[0], c[1], c[2], c[3], ZERO)))
     beta_im = _times(neg(factor_b), cosines_over_first((d[0], d[1], d[2], d[3], ZERO)))
     return Coefficients(
-        CIRCLING_SERIES, False, False, rate, v_rate, v0, ZERO, ZERO, p, 0.0, 0.0, ONE,
+        GyrostatRoute.CIRCLING, False, False, rate, v_rate, v0, ZERO, ZERO, p, 0.0, 0.0, ONE,
         alpha_re, alpha_im, beta_re, beta_im,
     )  # fmt: skip
 
@@ -186,7 +186,8 @@ def swinging_series(path, p, mean):
     alternating = _alternating(D)
     factor_b = _quotient(path.tau, _sum(alternating))
     return Coefficients(
-        SWINGING_SERIES, False, False, rate, v_rate, scale(v0, path.sign), ZERO, ZERO, p, 0.0, 0.0, ONE,
+        GyrostatRoute.SWINGING, False, False, rate, v_rate, scale(v0, path.sign), ZERO, ZERO, p,
+        0.0, 0.0, ONE,
         _times(factor_a, cosines_over_first(C)),
         _times(scale(factor_a, s), sines_over_first(D)),
         _times(scale(factor_b, s), sines_over_first(_alternating(C))),
@@ -259,7 +260,7 @@ def even_sines(x):
 def transformed(path, f, ratio):
     """Beside and on the separatrices: nome Q = exp(-H), argument w = s x + i y."""
     s, negative = path.s, path.mu < 0.0
-    swinging = path.family != CIRCLING
+    swinging = path.family != Family.CIRCLING
     swaps, even = swinging and negative, swinging != negative
     if swinging and not negative:
         f = scale(f, 2.0)
@@ -309,8 +310,8 @@ def transformed(path, f, ratio):
     # both over what they are at y = 0
     factor_a, factor_b = div(path.rho, polynomial(alpha_re, root)), div(path.tau, polynomial(beta_im, root))
     return Coefficients(
-        TRANSFORMED_SERIES, even, swaps, rate, y_rate, scale(y0, path.sign), step, slip, root, first_step,
-        0.25 if swaps else (0.5 if swinging else 0.0), div(factor_b, factor_a),
+        GyrostatRoute.TRANSFORMED, even, swaps, rate, y_rate, scale(y0, path.sign), step, slip, root,
+        first_step, 0.25 if swaps else (0.5 if swinging else 0.0), div(factor_b, factor_a),
         _times(factor_a, alpha_re),
         _times(scale(factor_a, -s), alpha_im),
         _times(scale(factor_b, s), beta_re),

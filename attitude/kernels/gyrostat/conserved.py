@@ -9,11 +9,7 @@ from typing import NamedTuple
 from ..doubledouble import add, div, mul, neg, scale, sqrt, square
 from ..expansion import append_product, append_row, clear, value
 from ..intrinsics import routine
-
-# Rows of the scratch array: input, sums that others are made of, and scratch.
-M1, M2, M3, A12, A13, A23, K = range(7)
-B1, B2, M11, M22, M33, LL, X, PRODUCT, PART, TOTAL = range(7, 17)
-PRINCIPAL = 17  # and the two after it: the momentum along the body's principal axes
+from ..layout import Sum
 
 
 class Conserved(NamedTuple):
@@ -47,67 +43,68 @@ def conserved(rows, W, a, momentum):
     The momentum is zero where L is the length of M; M may have any length.
     """
     _squares_and_linear_sums(rows)
-    L = sqrt(value(rows[LL]))
+    L = sqrt(value(rows[Sum.LL]))
     inverse = div((1.0, 0.0), L)
     per_W = div((1.0, 0.0), W)
     first = mul(per_W, inverse)  # of what is linear in M and A
     second = square(first)
-    K_L, total = mul(value(rows[K]), L), value(rows[X])
+    K_L, total = mul(value(rows[Sum.K]), L), value(rows[Sum.X])
     third = mul(per_W, square(inverse))
     poles = mul(_poles(rows), square(third))
     upper, lower = at_poles(mul(total, third), scale(mul(K_L, third), 2.0), poles)
-    gamma = mul(value(rows[M1]), inverse), mul(value(rows[M2]), inverse), mul(value(rows[M3]), inverse)
+    M1, M2, M3 = value(rows[Sum.M1]), value(rows[Sum.M2]), value(rows[Sum.M3])
+    gamma = mul(M1, inverse), mul(M2, inverse), mul(M3, inverse)
     above, below = distances_from_poles(gamma)
     return Conserved(
         a,
-        mul(value(rows[A12]), per_W),
-        mul(value(rows[A13]), per_W),
-        mul(value(rows[A23]), per_W),
-        mul(value(rows[K]), first),
+        mul(value(rows[Sum.A12]), per_W),
+        mul(value(rows[Sum.A13]), per_W),
+        mul(value(rows[Sum.A23]), per_W),
+        mul(value(rows[Sum.K]), first),
         gamma,
         momentum if momentum[0] > 0.0 else L,
         above,
         below,
-        mul(value(rows[B1]), first),
-        mul(value(rows[B2]), first),
-        mul(discriminant(rows, B1, A23, M11, -1.0), second),
-        mul(discriminant(rows, B2, A13, M22, 1.0), second),
+        mul(value(rows[Sum.B1]), first),
+        mul(value(rows[Sum.B2]), first),
+        mul(discriminant(rows, Sum.B1, Sum.A23, Sum.M11, -1.0), second),
+        mul(discriminant(rows, Sum.B2, Sum.A13, Sum.M22, 1.0), second),
         upper,
         lower,
         poles,
         mul(_J(rows), second),
-        mul(_U(rows, 1.0, M22, A13), third),
-        mul(_U(rows, -1.0, M11, A23), third),
+        mul(_U(rows, 1.0, Sum.M22, Sum.A13), third),
+        mul(_U(rows, -1.0, Sum.M11, Sum.A23), third),
     )
 
 
 @routine
 def _squares_and_linear_sums(rows):
-    for result, M in ((M11, M1), (M22, M2), (M33, M3)):
+    for result, M in ((Sum.M11, Sum.M1), (Sum.M22, Sum.M2), (Sum.M33, Sum.M3)):
         clear(rows[result])
         append_product(rows[result], 1.0, rows[M], rows[M])
-    clear(rows[LL])
-    for one in (M11, M22, M33):
-        append_row(rows[LL], 1.0, rows[one])
-    for result, A in ((B1, A23), (B2, A13)):
+    clear(rows[Sum.LL])
+    for one in (Sum.M11, Sum.M22, Sum.M33):
+        append_row(rows[Sum.LL], 1.0, rows[one])
+    for result, A in ((Sum.B1, Sum.A23), (Sum.B2, Sum.A13)):
         clear(rows[result])
-        append_product(rows[result], 1.0, rows[A], rows[M3])
-        append_row(rows[result], 1.0, rows[K])
-    clear(rows[X])
-    append_product(rows[X], 1.0, rows[A13], rows[M11])
-    append_product(rows[X], 1.0, rows[A23], rows[M22])
-    append_product(rows[X], -2.0, rows[K], rows[M3])
+        append_product(rows[result], 1.0, rows[A], rows[Sum.M3])
+        append_row(rows[result], 1.0, rows[Sum.K])
+    clear(rows[Sum.X])
+    append_product(rows[Sum.X], 1.0, rows[Sum.A13], rows[Sum.M11])
+    append_product(rows[Sum.X], 1.0, rows[Sum.A23], rows[Sum.M22])
+    append_product(rows[Sum.X], -2.0, rows[Sum.K], rows[Sum.M3])
 
 
 @routine
 def _poles(rows):
     """X^2 - 4 K^2 L^2, which is D+ D-."""
-    clear(rows[PRODUCT])
-    append_product(rows[PRODUCT], 1.0, rows[K], rows[K])
-    clear(rows[TOTAL])
-    append_product(rows[TOTAL], 1.0, rows[X], rows[X])
-    append_product(rows[TOTAL], -4.0, rows[PRODUCT], rows[LL])
-    return value(rows[TOTAL])
+    clear(rows[Sum.PRODUCT])
+    append_product(rows[Sum.PRODUCT], 1.0, rows[Sum.K], rows[Sum.K])
+    clear(rows[Sum.TOTAL])
+    append_product(rows[Sum.TOTAL], 1.0, rows[Sum.X], rows[Sum.X])
+    append_product(rows[Sum.TOTAL], -4.0, rows[Sum.PRODUCT], rows[Sum.LL])
+    return value(rows[Sum.TOTAL])
 
 
 @routine
@@ -135,40 +132,40 @@ def distances_from_poles(gamma):
 @routine
 def discriminant(rows, b, A, MM, sign):
     """b^2 + sign A12 A MM."""
-    clear(rows[PRODUCT])
-    append_product(rows[PRODUCT], sign, rows[A12], rows[A])
-    clear(rows[TOTAL])
-    append_product(rows[TOTAL], 1.0, rows[b], rows[b])
-    append_product(rows[TOTAL], 1.0, rows[PRODUCT], rows[MM])
-    return value(rows[TOTAL])
+    clear(rows[Sum.PRODUCT])
+    append_product(rows[Sum.PRODUCT], sign, rows[Sum.A12], rows[A])
+    clear(rows[Sum.TOTAL])
+    append_product(rows[Sum.TOTAL], 1.0, rows[b], rows[b])
+    append_product(rows[Sum.TOTAL], 1.0, rows[Sum.PRODUCT], rows[MM])
+    return value(rows[Sum.TOTAL])
 
 
 @routine
 def _J(rows):
     """A12 (A13 M1^2 - A23 M2^2) - 2 B1 B2."""
-    clear(rows[PART])
-    append_product(rows[PART], 1.0, rows[A13], rows[M11])
-    append_product(rows[PART], -1.0, rows[A23], rows[M22])
-    clear(rows[TOTAL])
-    append_product(rows[TOTAL], 1.0, rows[A12], rows[PART])
-    append_product(rows[TOTAL], -2.0, rows[B1], rows[B2])
-    return value(rows[TOTAL])
+    clear(rows[Sum.PART])
+    append_product(rows[Sum.PART], 1.0, rows[Sum.A13], rows[Sum.M11])
+    append_product(rows[Sum.PART], -1.0, rows[Sum.A23], rows[Sum.M22])
+    clear(rows[Sum.TOTAL])
+    append_product(rows[Sum.TOTAL], 1.0, rows[Sum.A12], rows[Sum.PART])
+    append_product(rows[Sum.TOTAL], -2.0, rows[Sum.B1], rows[Sum.B2])
+    return value(rows[Sum.TOTAL])
 
 
 @routine
 def _U(rows, sign, MM, A):
     """sign A12 (2 L^2 - MM) - A (L^2 + M3^2) - 2 K M3."""
-    clear(rows[TOTAL])
-    clear(rows[PART])
-    append_row(rows[PART], 2.0, rows[LL])
-    append_row(rows[PART], -1.0, rows[MM])
-    append_product(rows[TOTAL], sign, rows[A12], rows[PART])
-    clear(rows[PART])
-    append_row(rows[PART], 1.0, rows[LL])
-    append_row(rows[PART], 1.0, rows[M33])
-    append_product(rows[TOTAL], -1.0, rows[A], rows[PART])
-    append_product(rows[TOTAL], -2.0, rows[K], rows[M3])
-    return value(rows[TOTAL])
+    clear(rows[Sum.TOTAL])
+    clear(rows[Sum.PART])
+    append_row(rows[Sum.PART], 2.0, rows[Sum.LL])
+    append_row(rows[Sum.PART], -1.0, rows[MM])
+    append_product(rows[Sum.TOTAL], sign, rows[Sum.A12], rows[Sum.PART])
+    clear(rows[Sum.PART])
+    append_row(rows[Sum.PART], 1.0, rows[Sum.LL])
+    append_row(rows[Sum.PART], 1.0, rows[Sum.M33])
+    append_product(rows[Sum.TOTAL], -1.0, rows[A], rows[Sum.PART])
+    append_product(rows[Sum.TOTAL], -2.0, rows[Sum.K], rows[Sum.M3])
+    return value(rows[Sum.TOTAL])
 
 
 @routine

@@ -1,9 +1,9 @@
 """The closed path of the momentum in a body with a rotor along axis 3: labels, ends, moduli.
 
-Two families (docs/gyrostats.md): CIRCLING, where gamma goes round axis 3, and SWINGING, where it
-stays on one side of it.  Every number is formed without cancellation from the conserved ones.
+Every number is formed without cancellation from the conserved ones.
 """
 
+from enum import IntEnum
 from typing import NamedTuple
 
 from ..doubledouble import ONE, ZERO, absolute, add, div, hypot, less, mul, neg, scale, sqrt, square, sub
@@ -11,13 +11,18 @@ from ..elliptic import carlson_rf
 from ..intrinsics import routine
 from .conserved import exchanged, flipped, turned
 
-CIRCLING, SWINGING = range(2)
+
+class Family(IntEnum):
+    """Families of paths (docs/gyrostats.md, section 3)."""
+
+    CIRCLING = 0  # gamma goes round axis 3
+    SWINGING = 1  # it stays on one side of it
 
 
 class Path(NamedTuple):
     """Constants of the path, in two parts, and how its axes lie in those of the body."""
 
-    family: int
+    family: Family
     s: float
     M: tuple  # M, N and nu: what the means that give the nome start from; mu has its sign
     N: tuple
@@ -74,12 +79,12 @@ def _labelled_extreme(c, R):
     if s * c.upper[0] < 0.0 or (outside and less(absolute(c.upper), absolute(c.lower))):
         c, R = flipped(c), _flip_rows(R)
     if s * c.lower[0] < 0.0:
-        return c, CIRCLING, R
+        return c, Family.CIRCLING, R
     if c.disc1[0] >= 0.0 and less(absolute(mul(c.k, c.a12)), mul(absolute(c.a23), sqrt(c.disc2))):
         if c.b1[0] * c.a23[0] < 0.0:
             c, R = flipped(c), _flip_rows(R)
-        return c, CIRCLING, R
-    return c, SWINGING, R
+        return c, Family.CIRCLING, R
+    return c, Family.SWINGING, R
 
 
 @routine
@@ -88,12 +93,12 @@ def _labelled_middle(c, R):
         c, R = flipped(c), _flip_rows(R)
     s = 1.0 if c.a12[0] > 0.0 else -1.0
     if s * c.upper[0] >= 0.0 and s * c.lower[0] >= 0.0:
-        return c, SWINGING, R
+        return c, Family.SWINGING, R
     if s * c.upper[0] < 0.0 and s * c.lower[0] < 0.0:
-        return exchanged(c), SWINGING, _exchange_rows(R)
+        return exchanged(c), Family.SWINGING, _exchange_rows(R)
     if s * c.upper[0] >= 0.0:
-        return c, CIRCLING, R
-    return exchanged(c), CIRCLING, _exchange_rows(R)
+        return c, Family.CIRCLING, R
+    return exchanged(c), Family.CIRCLING, _exchange_rows(R)
 
 
 @routine
@@ -135,7 +140,7 @@ def _product3(x, y, z):
 
 @routine
 def circling_path(c, axes):
-    """Section 11, family CIRCLING."""
+    """The path of a body whose momentum circles (docs/gyrostats.md, section 3)."""
     s = 1.0 if c.a12[0] > 0.0 else -1.0
     extreme = c.a13[0] * c.a23[0] > 0.0
     a12, a13, a23 = absolute(c.a12), absolute(c.a13), absolute(c.a23)
@@ -198,7 +203,7 @@ def circling_path(c, axes):
     mu = J_plus[0] / J_minus[0] if J_minus[0] != 0.0 else -1.0
     sign = 1.0 if s * c.gamma[1][0] >= 0.0 else -1.0
     return Path(
-        CIRCLING, s, M, N, nu, mu, scale(c.L, 0.5), pole, other, start, False, sign,
+        Family.CIRCLING, s, M, N, nu, mu, scale(c.L, 0.5), pole, other, start, False, sign,
         rate_at_upper_end(c, upper_above),
         sqrt(scale(upper_below, 0.5)), sqrt(scale(upper_above, 0.5)), axes,
     )  # fmt: skip
@@ -213,7 +218,7 @@ def rate_at_upper_end(c, upper_above):
 
 @routine
 def swinging_path(c, axes):
-    """Section 11, family SWINGING."""
+    """The path of a body whose momentum swings (docs/gyrostats.md, section 3)."""
     s = 1.0 if c.a12[0] > 0.0 else -1.0
     a12, a13 = absolute(c.a12), absolute(c.a13)
     x2, a13x3 = _upper_end(c, s)
@@ -249,7 +254,7 @@ def swinging_path(c, axes):
     mu = S_minus[0] * A[0]
     sign = 1.0 if s * c.gamma[1][0] >= 0.0 else -1.0
     return Path(
-        SWINGING, s, M, N, nu, mu, scale(mul(c.L, sqrt(mul(a12, a13))), 0.5), pole, ZERO, start,
+        Family.SWINGING, s, M, N, nu, mu, scale(mul(c.L, sqrt(mul(a12, a13))), 0.5), pole, ZERO, start,
         less(G2x1, G1x2), sign, rate_at_upper_end(c, upper_above),
         sqrt(scale(upper_below, 0.5)), sqrt(scale(upper_above, 0.5)), axes,
     )  # fmt: skip

@@ -25,21 +25,12 @@ from ..doubledouble import (
 )
 from ..intrinsics import kernel, routine
 from ..invariants import spin_at_constant_rate
-from ..layout import (
-    CIRCLING_PATH,
-    CIRCLING_SERIES,
-    CONSTANT,
-    SEPARATRIX_PATH,
-    SWINGING_PATH,
-    SWINGING_SERIES,
-    TRANSFORMED_SERIES,
-    TWO_TURNS,
-)
+from ..layout import GyrostatRegime, GyrostatRoute
 from ..polhode import scaled_moments
 from ..principal import over_powers_of_two, rate_is_constant
 from .base import base_problem, matrix_product, momenta
 from .coefficients import Coefficients, coefficients, polynomial
-from .path import CIRCLING, circling_path, labelled, swinging_path
+from .path import Family, circling_path, labelled, swinging_path
 
 NO_TERMS = (ZERO, ZERO, ZERO, ZERO, ZERO)
 
@@ -53,7 +44,7 @@ def gyrostats(tensors, moments, axes, rates, attitudes, rotors, out, *space):
     tensors, moments, axes, rates, attitudes : as in `invariants.invariants`
     rotors : (n, 3), momentum of the rotors relative to the body, body axes, in the unit of tensors times s^-1
     out : (n,) of GYROSTAT, zeros; written where not zero
-    space : (layout.EXACT_SUM_ROWS, layout.EXACT_SUM_LENGTH), scratch; `layout.workspace()`
+    space : (layout.Sum.ROWS, layout.EXACT_SUM_LENGTH), scratch; `layout.workspace()`
     """
     for b in range(out.shape[0]):
         attitude = quaternion.normalised(quaternion.of_doubles(attitudes[b]))
@@ -79,15 +70,15 @@ def _record(tensor, moments, axes, motion, attitude, out, space):
     base = base_problem(inertia, along, rows)
     if base.two_turns:
         co, R_base = _two_turns(base.conserved), base.axes
-        out.regime = TWO_TURNS
+        out.regime = GyrostatRegime.TWO_TURNS
     else:
         c, family, labels = labelled(base.conserved)
-        path = circling_path(c, labels) if family == CIRCLING else swinging_path(c, labels)
+        path = circling_path(c, labels) if family == Family.CIRCLING else swinging_path(c, labels)
         co, R_base = coefficients(path), matrix_product(_pairs(labels), base.axes)
-        out.regime = CIRCLING_PATH if family == CIRCLING else SWINGING_PATH
-        if co.route == TRANSFORMED_SERIES and co.step[0] == math.inf:
-            out.regime = SEPARATRIX_PATH
-        out.flips = 1 if family == CIRCLING and co.route == TRANSFORMED_SERIES else 0
+        out.regime = GyrostatRegime.CIRCLING if family == Family.CIRCLING else GyrostatRegime.SWINGING
+        if co.route == GyrostatRoute.TRANSFORMED and co.step[0] == math.inf:
+            out.regime = GyrostatRegime.SEPARATRIX
+        out.flips = 1 if family == Family.CIRCLING and co.route == GyrostatRoute.TRANSFORMED else 0
     _write_series(co, mul(scale(base.shift, 0.5), base.L), unit, out)
     write_frame(base, R_base, R, _start(co), attitude, out)
     write_rates(inertia, R, along, base.L, unit, out)
@@ -98,7 +89,7 @@ def _record(tensor, moments, axes, motion, attitude, out, space):
 def constant_rate(rate, attitude, out):
     """q = q0 exp(omega t / 2), eq. (30): alpha alone."""
     spin_at_constant_rate(rate, attitude, out)
-    out.route, out.regime = CIRCLING_SERIES, CONSTANT
+    out.route, out.regime = GyrostatRoute.CIRCLING, GyrostatRegime.CONSTANT
     out.momentum[2] = 1.0
     for i in range(3):
         out.rotor_rate[i] = -rate[i]
@@ -136,7 +127,7 @@ def _two_turns(c):
     beta_re = scale(tau, s), ZERO, ZERO, ZERO, ZERO
     beta_im = neg(tau), ZERO, ZERO, ZERO, ZERO
     return Coefficients(
-        CIRCLING_SERIES, False, False, rate, absolute(spin), ZERO, ZERO, ZERO, ZERO, 0.0, 0.0, ONE,
+        GyrostatRoute.CIRCLING, False, False, rate, absolute(spin), ZERO, ZERO, ZERO, ZERO, 0.0, 0.0, ONE,
         alpha_re, NO_TERMS, beta_re, beta_im,
     )  # fmt: skip
 
@@ -144,12 +135,12 @@ def _two_turns(c):
 @routine
 def _start(co):
     """alpha and beta at t = 0 but for a common factor."""
-    if co.route == TRANSFORMED_SERIES:
+    if co.route == GyrostatRoute.TRANSFORMED:
         return _transformed_start(co)
     sine, cosine = sin_cos(co.argument0)
     w = sub(square(cosine), square(sine))
     alpha_re, alpha_im = polynomial(co.alpha_re, w), mul(sine, polynomial(co.alpha_im, w))
-    if co.route == SWINGING_SERIES:
+    if co.route == GyrostatRoute.SWINGING:
         alpha_re = mul(cosine, alpha_re)
     else:
         alpha_im = mul(scale(cosine, 2.0), alpha_im)
@@ -195,7 +186,7 @@ def _times_phase(z, sine, cosine):
 def _write_series(co, shift, unit, out):
     out.route = co.route
     store(out.precession, scale(mul(add(co.rate, shift), PER_TURN), unit))
-    if co.route == TRANSFORMED_SERIES:
+    if co.route == GyrostatRoute.TRANSFORMED:
         store(out.argument, scale(co.argument_rate, unit))
         store(out.argument0, co.argument0)
         store(out.step, co.step)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..intrinsics import kernel, routine
-from ..layout import CONSTANT_PARTIALS, LONG_ARCS, LOST, THETA
+from ..layout import PartialsGrowth, PartialsKind, Route
 from ..vectors import add_scaled, cross, unit_vector
 from .blocks import BLOCK, PITCH, ROWS
 from .constant_spin import constant_block, rest_block
@@ -44,12 +44,13 @@ def partials(bodies, t, t_low, out, window, *space):
                 fill_block(body, record, t, t_low, instants, rows, None)
             else:
                 fill_block(body, record, t, t_low, instants, rows, 1)
-            if record.kind != CONSTANT_PARTIALS:
+            if record.kind != PartialsKind.CONSTANT_RATE:
                 for i in range(instants[0], instants[1]):
-                    if record.kind != LONG_ARCS or abs(t[i]) < shortest:
+                    if record.kind != PartialsKind.LONG_ARCS or abs(t[i]) < shortest:
                         low = 0.0 if t_low is None else t_low[i]
                         one(body, record, (t[i], low), i - first, scratch, inertia_columns)
-            if record.grows == LOST or (record.grows and not is_finite(rows, instants[1] - first)):
+            lost = record.grows == PartialsGrowth.LOST
+            if lost or (record.grows != PartialsGrowth.BOUNDED and not is_finite(rows, instants[1] - first)):
                 window[4] = 1
             copy_block(rows, instants, place, out)
 
@@ -57,15 +58,15 @@ def partials(bodies, t, t_low, out, window, *space):
 @routine
 def fill_block(body, record, t, t_low, instants, rows, tensor):
     """Fill rows at a block of instants; of a needle not at all, and at instants of short arcs in vain."""
-    if record.kind == CONSTANT_PARTIALS:
+    if record.kind == PartialsKind.CONSTANT_RATE:
         if record.momentum == 0.0:
             rest_block(t, instants, rows)
         elif record.differences[1] * record.differences[2] > 0.0:
             constant_block(record, t, t_low, instants, rows, 1, tensor)
         else:
             constant_block(record, t, t_low, instants, rows, None, tensor)
-    elif record.kind == LONG_ARCS:
-        if body.route == THETA:
+    elif record.kind == PartialsKind.LONG_ARCS:
+        if body.route == Route.THETA:
             long_block(body, record, t, t_low, instants, rows, None, tensor)
         else:
             long_block(body, record, t, t_low, instants, rows, 1, tensor)

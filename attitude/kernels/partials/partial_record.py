@@ -19,7 +19,7 @@ from ..doubledouble import (
     sub,
 )
 from ..intrinsics import routine
-from ..layout import CONSTANT_PARTIALS, CONSTANT_RATE, LONG_ARCS, LONG_AXIS, LOST, MAY_GROW, NEEDLE, THETA
+from ..layout import PartialsGrowth, PartialsKind, Regime, Route
 from ..polhode import components_along, scaled_moments
 from ..regime import ascending
 from .integrals import MAX_Y, theta_now, transformed_now
@@ -46,11 +46,11 @@ def partial_record(state, body, inertia_columns, record):
     omega = components_along(axes, rates, 1.0 / unit)
     record.size = size
     record.elements = inertia_columns  # along axes 1, 2, 3: the moments alone need no others
-    if body.regime == CONSTANT_RATE:
+    if body.regime == Regime.CONSTANT_RATE:
         constant_record(inertia, omega, axes, unit, record)
     else:
         polhode_record(inertia, omega, axes, body, unit, record)
-    if body.regime == CONSTANT_RATE or inertia_columns == 6:
+    if body.regime == Regime.CONSTANT_RATE or inertia_columns == 6:
         write_mix(axes, inertia_columns, record)
 
 
@@ -88,7 +88,7 @@ def along(row, axis):
 def polhode_record(inertia, omega, axes, body, unit, record):
     """Fill the record of a motion whose rate is not constant."""
     lo, mid, hi = ascending(inertia)
-    first, third = (hi, lo) if body.regime == LONG_AXIS else (lo, hi)
+    first, third = (hi, lo) if body.regime == Regime.LONG_AXIS else (lo, hi)
     order = (first, mid, third)
     I1, I2, I3 = inertia[first], inertia[mid], inertia[third]
     a1, a2, a3 = 1.0 / I1[0], 1.0 / I2[0], 1.0 / I3[0]
@@ -130,7 +130,7 @@ def write_series(body, record):
         record.direction[1, j] = body.direction[1, j] / A1
         record.direction[2, j], record.direction[3, j] = body.direction[2, j], body.direction[3, j]
     record.quotient = math.copysign(A1 / A2 * A3, body.direction[1, 0])
-    if body.route == THETA:
+    if body.route == Route.THETA:
         q_over_m = over_parameter(q)
         record.weight[0] = second_kind(q, q_over_m, body.K)
         q3, q8 = q**3, q**8
@@ -141,9 +141,10 @@ def write_series(body, record):
         record.series[3] = factor * -128.0 * q8 * q**7
     else:
         # exp(4 y), which entries may reach, is beyond a double for y of 177
-        record.grows = MAY_GROW if body.per_half_turn == 0.0 or body.half_turn[0] > 200.0 else 0
+        grows = body.per_half_turn == 0.0 or body.half_turn[0] > 200.0
+        record.grows = PartialsGrowth.POSSIBLE if grows else PartialsGrowth.BOUNDED
         if abs(body.argument0[0]) > MAX_Y:
-            record.grows = LOST
+            record.grows = PartialsGrowth.LOST
         p_over_m1 = over_parameter(q * q)
         record.weight[0] = second_kind(q * q, p_over_m1, body.K_prime)
         record.direction[0, 0] = body.direction[0, 0] / A1
@@ -176,7 +177,7 @@ def over_parameter(q):
 @routine
 def write_start(body, record):
     """Attitude and integrals at t = 0, by the functions that make them at t."""
-    if body.route == THETA:
+    if body.route == Route.THETA:
         q, _gamma, now = theta_now(body, record, 0.0, 0.0)
     else:
         q, _gamma, now = transformed_now(body, record, 0.0, 0.0)
@@ -189,8 +190,8 @@ def write_start(body, record):
 @routine
 def write_needle(s, body, record):
     """Whether it is a needle spun about itself; turns of its axis about the momentum: 2 lambda + s v'."""
-    record.kind = LONG_ARCS
-    if body.route != THETA:
+    record.kind = PartialsKind.LONG_ARCS
+    if body.route != Route.THETA:
         return
     least = min(record.inverse[0], record.inverse[1], record.inverse[2])
     square = (
@@ -200,7 +201,7 @@ def write_needle(s, body, record):
     )
     E = math.exp(-math.pi * body.eta / body.K) if square > (NEEDLE_RATIO * least) ** 2 else 1.0
     if E < NEEDLE_E:
-        record.kind = NEEDLE
+        record.kind = PartialsKind.NEEDLE
         record.nomes[0], record.nomes[1] = E, body.nome / E if E > 0.0 else 0.0
         turn = scale(pair(body.argument), s)
         store(record.turns[0], add(scale(pair(body.precession), 2.0), turn))
@@ -209,7 +210,7 @@ def write_needle(s, body, record):
 @routine
 def constant_record(inertia, omega, axes, unit, record):
     """Fill the record of a constant rate: axis 3 along the momentum, both turns of what departs from it."""
-    record.kind, record.elements = CONSTANT_PARTIALS, 6
+    record.kind, record.elements = PartialsKind.CONSTANT_RATE, 6
     speed = hypot(hypot(omega[0], omega[1]), omega[2])
     if speed[0] == 0.0:
         speed = ONE
@@ -237,7 +238,7 @@ def constant_record(inertia, omega, axes, unit, record):
     record.differences[1], record.differences[2] = a31[0], a32[0]
     record.momentum = mul(I3, speed)[0] * unit
     record.start[2] = record.initial[2] = 1.0
-    record.grows = MAY_GROW if a31[0] * a32[0] < 0.0 else 0
+    record.grows = PartialsGrowth.POSSIBLE if a31[0] * a32[0] < 0.0 else PartialsGrowth.BOUNDED
     write_turns((a3, a31, a32), (div(ONE, I1), div(ONE, I2)), scale(mul(I3, speed), unit), record)
 
 

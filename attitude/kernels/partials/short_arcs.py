@@ -4,6 +4,8 @@ Over abs(u) < 1/2 the differences of the closed form cancel; they are integrals 
 (docs/partial-derivatives.md).  Scaled by A1 as in `long_arcs`.
 """
 
+from enum import IntEnum
+
 from ..cayley_klein import (
     exp_pair,
     five,
@@ -14,7 +16,7 @@ from ..cayley_klein import (
 )
 from ..doubledouble import pair
 from ..intrinsics import fma, routine
-from ..layout import NEEDLE, THETA
+from ..layout import PartialsKind, Route
 from ..phase import argument, sine_cosine
 from ..vectors import add_scaled, cross, dot, first_three, unit_vector
 from .integrals import theta_now, transformed_now
@@ -32,9 +34,20 @@ from .long_arcs import (
 )
 
 NODES, SHORT = 8, 0.5  # SHORT: rad, of u
-# Rows of the workspace, by node: (gamma1/A1, gamma2/A1, gamma3); the same less their values at t = 0 (the
-# third over A1 too); slope of eps/A1.
-HAT, CHANGE, SLOPE = 0, 3, 6
+
+
+class ArcNode(IntEnum):
+    """Rows of the workspace, by node, (3) each."""
+
+    HAT = 0  # gamma1/A1, gamma2/A1, gamma3
+    CHANGE = 3  # the same less their values at t = 0, the third over A1 too
+    SLOPE = 6  # of HAT; then, in the first, of eps/A1
+
+
+@routine
+def at_node(work, row, j):
+    """Three numbers of node j, from `row` on."""
+    return work[row, j], work[row + 1, j], work[row + 2, j]
 
 
 @routine
@@ -42,7 +55,7 @@ def direction_at(body, record, t, t_low):
     """(gamma1/A1, gamma2/A1, gamma3) at t."""
     x, rest = argument(pair(body.argument), t, t_low, pair(body.argument0))
     g = record.direction
-    if body.route == THETA:
+    if body.route == Route.THETA:
         s, c = sine_cosine(x, rest)
         return theta_direction(s, c, fma(c, c, -s * s), (five(g[0]), five(g[1]), five(g[2]), five(g[3])))
     y, signs, _n = since_half_turn(x, rest, *half_turn_of(body))
@@ -91,19 +104,19 @@ def fill_nodes(body, record, scheme, t, t_low, work):
         low = 0.0 if t_low is None else t_low * scheme[0, j]
         hat = direction_at(body, record, t * scheme[0, j], low)
         for i in range(3):
-            work[HAT + i, j] = hat[i]
+            work[ArcNode.HAT + i, j] = hat[i]
     whole = 0.0, 0.0, 0.0
     for j in range(NODES):
-        slope = slope_of(body, record, (work[HAT, j], work[HAT + 1, j], work[HAT + 2, j]))
+        slope = slope_of(body, record, at_node(work, ArcNode.HAT, j))
         whole = add_scaled(whole, tau * scheme[1, j], slope)
         for i in range(3):
-            work[SLOPE + i, j] = slope[i]
+            work[ArcNode.SLOPE + i, j] = slope[i]
     for j in range(NODES):
         for i in range(3):
             total = 0.0
             for k in range(NODES):
-                total = fma(scheme[2 + j, k], work[SLOPE + i, k], total)
-            work[CHANGE + i, j] = tau * total
+                total = fma(scheme[2 + j, k], work[ArcNode.SLOPE + i, k], total)
+            work[ArcNode.CHANGE + i, j] = tau * total
     return whole
 
 
@@ -113,7 +126,9 @@ def short_arc(body, record, scheme, t, t_low, work, columns):
     tau = record.momentum * t
     whole = fill_nodes(body, record, scheme, t, t_low, work)
     q, hat, _now = (
-        theta_now(body, record, t, t_low) if body.route == THETA else transformed_now(body, record, t, t_low)
+        theta_now(body, record, t, t_low)
+        if body.route == Route.THETA
+        else transformed_now(body, record, t, t_low)
     )
     C = matrix_of(*turn_since_start(record, q))
     vectors = vectors_along(body, record, hat)
@@ -125,7 +140,7 @@ def short_arc(body, record, scheme, t, t_low, work, columns):
     for i in range(3):
         mu = unit_vector(i)
         state_column(record, i, mu, (C, tau, h, A1), (gamma0, g0, chi0), (vectors, change, whole), columns)
-        if record.kind == NEEDLE:
+        if record.kind == PartialsKind.NEEDLE:
             turn = azimuth_turn(body, record, t, t_low)
             f, stay = A1 * gamma0[i] * h[i], tau * record.inverse[i] * gamma0[i]
             rotation = needle_part(body, record, (hat, start), turn, mu)
@@ -150,7 +165,7 @@ def advances(record, scheme, tau, work):
     a21, a31 = record.differences[0], record.differences[1]
     h1, h2, h3 = 0.0, 0.0, 0.0
     for j in range(NODES):
-        x, y, z = work[HAT, j], work[HAT + 1, j], work[HAT + 2, j]
+        x, y, z = at_node(work, ArcNode.HAT, j)
         weight = tau * scheme[1, j] / (z * z)
         h1 -= weight * a21 * y * y / a31
         h2 += weight * a21 * x * x / a31
@@ -181,18 +196,19 @@ def forced_column(body, record, e, scheme, tau, now, work):
     gamma, g, slope, _chi, _X = vectors
     A1, a31 = body.amplitude[0], record.differences[1]
     for j in range(NODES):
-        there = work[HAT, j], work[HAT + 1, j], work[HAT + 2, j]
+        there = at_node(work, ArcNode.HAT, j)
         drive = inertia_change(record, e, (A1 * there[0], A1 * there[1], there[2]))
-        work[SLOPE, j] = -dot(slope_of(body, record, there), drive)
+        work[ArcNode.SLOPE, j] = -dot(slope_of(body, record, there), drive)
     rotation, momentum, total, weighted = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0
     for j in range(NODES):
-        there = work[HAT, j], work[HAT + 1, j], work[HAT + 2, j]
-        rest = whole[0] - work[CHANGE, j], whole[1] - work[CHANGE + 1, j], whole[2] - work[CHANGE + 2, j]
+        there = at_node(work, ArcNode.HAT, j)
+        since = at_node(work, ArcNode.CHANGE, j)
+        rest = whole[0] - since[0], whole[1] - since[1], whole[2] - since[2]
         gamma_j, _g, _slope, _chi_j, X = vectors_along(body, record, there)
         drive = inertia_change(record, e, gamma_j)
         eps = 0.0
         for k in range(NODES):
-            eps = fma(scheme[2 + j, k], work[SLOPE, k], eps)
+            eps = fma(scheme[2 + j, k], work[ArcNode.SLOPE, k], eps)
         weight, eps = tau * scheme[1, j], tau * eps
         total += weight * eps
         x, y, z = there
@@ -200,9 +216,10 @@ def forced_column(body, record, e, scheme, tau, now, work):
         change = change_along(body, record, there, hat, rest)
         along, stay = dot(X, drive), dot(gamma_j, drive)
         moved_gamma = A1 * rest[0], A1 * rest[1], A1 * rest[2]
-        part = add_scaled(add_scaled(drive, along, change[0]), work[SLOPE, j], change[2])
+        slope_j = work[ArcNode.SLOPE, j]
+        part = add_scaled(add_scaled(drive, along, change[0]), slope_j, change[2])
         rotation = add_scaled(rotation, weight, add_scaled(part, stay, moved_gamma))
-        part = add_scaled(add_scaled(cross(gamma_j, drive), along, change[1]), work[SLOPE, j], change[3])
+        part = add_scaled(add_scaled(cross(gamma_j, drive), along, change[1]), slope_j, change[3])
         momentum = add_scaled(momentum, weight, part)
     f = A1 * A1 * weighted
     rotation = add_scaled(add_scaled(rotation, f, g), A1 * total, gamma)

@@ -14,43 +14,10 @@ import math
 
 from ..doubledouble import two_product, two_sum
 from ..intrinsics import fma, inlined, kernel, routine
-from ..layout import (
-    ALPHA,
-    AT,
-    ATTITUDE,
-    ATTITUDE_LOW,
-    AXIAL,
-    AXIAL_LOW,
-    COEFFICIENT,
-    COSINE,
-    EDDIES,
-    INVERSES,
-    LEGENDRE,
-    MOMENT,
-    MOMENTUM,
-    MOMENTUM_LOW,
-    NO_ORBIT,
-    NODES,
-    ROTORS,
-    SINE,
-    SLOPE,
-    SPIN,
-    SPIN_COSINE,
-    SPIN_LOW,
-    SPIN_SINE,
-    SPUN,
-    STAGE,
-    STATE,
-    TIME,
-    TIME_LOW,
-    TORQUE,
-    TURNED,
-    UNKNOWNS,
-    WEIGHTS,
-)
+from ..layout import NODES, UNKNOWNS, BodyRow, NodeRow, OrbitCode, StepRow, StepState
 from ..phase import ROUND, sine_cosine
 from ..rotation import PER_TURN, product, rotated, rotated_back
-from ..vectors import add_scaled, cross, dot, scaled
+from ..vectors import add_scaled, cross, dot, scaled, three
 from .dense_output import copied, excesses, later, momentum_of, start_of, time_of, write, write_between
 from .node_vectors import integrate
 from .orbit_path import places_and_speeds
@@ -63,7 +30,6 @@ from .torque import (
     put_three,
     rate_of,
     taken_by_eddies,
-    three,
     three_at,
     torques,
     turned_by,
@@ -87,9 +53,9 @@ def collocate(bodies, span, instants, out, work, halted, *world):
     span : (2,), s, where steps begin and end
     instants : (2, m), two-part, in the order of the steps, none outside them
     out : (n, 10, m), written at the index of each body: attitude, rate, momentum
-    work : ((KNOWN + KNOWN_ROWS * rows) * NODES,), with the scheme in its rows
+    work : ((StepRow.EFFECTS + ROWS_PER_EFFECT * rows) * NODES,), with the scheme in its rows
     halted : (1,), set to another number than 0 by another thread to end it: nothing more is written
-    world : effects (n, rows, EFFECT_WIDTH), without plates; orbit, pieces
+    world : effects (n, rows, EffectRow.WIDTH), without plates; orbit, pieces
     """
     for i in range(bodies.shape[0]):
         record = bodies[i]
@@ -105,7 +71,7 @@ def collocate(bodies, span, instants, out, work, halted, *world):
 def _march(record, span, arguments, instants, out, halted):
     """One body: equal steps, those that are too long cut in half again and again."""
     counts = arguments[3]
-    state, ahead, aside = record.state, record.scratch[:STATE], record.scratch[STATE:]
+    state, ahead, aside = record.state, record.scratch[: StepState.WIDTH], record.scratch[StepState.WIDTH :]
     whole, written, force = (span[1] - span[0]) / record.steps, 0, (0.0, 0.0, 0.0)
     if record.decay <= 1e300:
         force = _force(state, span[0], 0.0, *arguments)
@@ -156,7 +122,7 @@ def _write_within(record, span, arguments, output, written, halted):
     instants, out = output
     own, _, work, _ = arguments
     t, t_low, h = span
-    state, aside, fitted = record.state, record.scratch[STATE:], record.decay <= 1e300
+    state, aside, fitted = record.state, record.scratch[StepState.WIDTH :], record.decay <= 1e300
     while written < instants.shape[1] and halted[0] == 0.0:
         time = ((instants[0, written] - t) - t_low) + instants[1, written]
         if abs(time) >= abs(h):
@@ -184,7 +150,7 @@ def step(state, t, t_low, h, own, world, work, counts):
     sweeps, settled = _settle(start, h, own, world, work)
     counts[0] += sweeps
     _advance(state, start, h, own[1], work)
-    return settled and abs(state[ATTITUDE]) <= 2.0
+    return settled and abs(state[StepState.ATTITUDE]) <= 2.0
 
 
 @inlined
@@ -193,19 +159,19 @@ def _along_nodes(state, time, h, start, world, work):
     effects, orbit, pieces = world
     _, size, _, across, frame, spin = start
     turning, spinning = size * across * PER_TURN, spin * PER_TURN
-    spun, spun_low = state[SPIN], state[SPIN_LOW]
+    spun, spun_low = state[StepState.SPIN], state[StepState.SPIN_LOW]
     for i in range(NODES):
-        seconds = work[AT * NODES + i] * h
-        work[TIME * NODES + i], work[TIME_LOW * NODES + i] = later(time[0], time[1], seconds)
-        work[TURNED * NODES + i] = turning * seconds
+        seconds = work[StepRow.NODE * NODES + i] * h
+        work[NodeRow.TIME * NODES + i], work[NodeRow.TIME_LOW * NODES + i] = later(time[0], time[1], seconds)
+        work[StepRow.PRECESSION * NODES + i] = turning * seconds
         turns, rest = two_sum(spun, spinning * seconds)
-        work[SPUN * NODES + i] = turns
+        work[StepRow.SPIN * NODES + i] = turns
         sine, cosine = sine_cosine(turns, rest + spun_low)
-        work[SPIN_COSINE * NODES + i], work[SPIN_SINE * NODES + i] = cosine, sine
+        work[StepRow.SPIN_COSINE * NODES + i], work[StepRow.SPIN_SINE * NODES + i] = cosine, sine
     for i in range(NODES):
-        sine, cosine = sine_cosine(work[TURNED * NODES + i], 0.0)
-        work[COSINE * NODES + i], work[SINE * NODES + i] = cosine, sine
-    if orbit[0] != NO_ORBIT:
+        sine, cosine = sine_cosine(work[StepRow.PRECESSION * NODES + i], 0.0)
+        work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i] = cosine, sine
+    if orbit[0] != OrbitCode.NONE:
         places_and_speeds(orbit, pieces, frame, work, NODES)
     known_beforehand(effects, frame, work)
 
@@ -218,15 +184,15 @@ def _settle(start, h, own, world, work):
     the last the torque once more, for the momentum at the end of the step.  Some more may be asked for
     after the stages stand still to the aim.
     """
-    for row in range(STAGE * NODES, (STAGE + UNKNOWNS) * NODES):
+    for row in range(StepRow.STAGE * NODES, (StepRow.STAGE + UNKNOWNS) * NODES):
         work[row] = 0.0
     aim, after = own[2], own[3]
     last, ratio, settled = 1.0, 1.0, False
     for sweep in range(MOST_SWEEPS):
         _forces(start, h, own, world, work)
-        integrate(work, (SLOPE + 4) * NODES, (STAGE + 4) * NODES)
+        integrate(work, (StepRow.SLOPE + 4) * NODES, (StepRow.STAGE + 4) * NODES)
         _turns(start, h, own, work)
-        change = integrate(work, SLOPE * NODES, STAGE * NODES)
+        change = integrate(work, StepRow.SLOPE * NODES, StepRow.STAGE * NODES)
         if not change <= 1e3:  # sweeps go astray: attitudes differ by no more than 2
             return sweep + 1, False
         # what the next sweep would change, were it to gain no more than the last two; or rounding is left
@@ -245,11 +211,11 @@ def _moments(start, work):
     """Momentum at the nodes along the body's axes: turned from the step's, the third apart."""
     p, size, axial, _, _, _ = start
     for i in range(NODES):
-        cosine, sine = work[COSINE * NODES + i], work[SINE * NODES + i]
-        x, y, z = turned_by(cosine, -sine, three_at(work, STAGE + 4, i))
+        cosine, sine = work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i]
+        x, y, z = turned_by(cosine, -sine, three_at(work, StepRow.STAGE + 4, i))
         m = rotated_back(departed(work, i, p), (x, y, z + size))
-        m = turned_by(work[SPIN_COSINE * NODES + i], -work[SPIN_SINE * NODES + i], m)
-        put_three(work, MOMENT, i, (m[0], m[1], axial + work[(STAGE + 7) * NODES + i]))
+        m = turned_by(work[StepRow.SPIN_COSINE * NODES + i], -work[StepRow.SPIN_SINE * NODES + i], m)
+        put_three(work, StepRow.MOMENTUM, i, (m[0], m[1], axial + work[(StepRow.STAGE + 7) * NODES + i]))
 
 
 @inlined
@@ -257,31 +223,31 @@ def _forces(start, h, own, world, work):
     """Changes of the momentum, in the step's axes, and of its part along the third axis of the body."""
     body, symmetric = own[0], own[1]
     p, _, axial, _, frame, _ = start
-    inverses, rotors, alpha, C = three(body, INVERSES), three(body, ROTORS), body[ALPHA], eddies_of(body)
-    constants = excesses(body), inverses, rotors, alpha
+    inverses, rotors, C = three(body, BodyRow.INVERSES), three(body, BodyRow.ROTORS), eddies_of(body)
+    constants = excesses(body), inverses, rotors, body[BodyRow.ALPHA]
     effects = world[0]
-    damped = body[EDDIES] != 0.0 or body[EDDIES + 4] != 0.0 or body[EDDIES + 8] != 0.0
+    damped = C[0][0] != 0.0 or C[1][1] != 0.0 or C[2][2] != 0.0
     if damped or not symmetric or asks_for_rates(effects):
         _moments(start, work)
     torques(effects, body, p, frame, work)
     if damped:
         for i in range(NODES):
-            lost = taken_by_eddies(C, rate_of(inverses, rotors, three_at(work, MOMENT, i)))
-            x, y, z = three_at(work, TORQUE, i)
-            put_three(work, TORQUE, i, (x - lost[0], y - lost[1], z - lost[2]))
+            lost = taken_by_eddies(C, rate_of(inverses, rotors, three_at(work, StepRow.MOMENTUM, i)))
+            x, y, z = three_at(work, StepRow.TORQUE, i)
+            put_three(work, StepRow.TORQUE, i, (x - lost[0], y - lost[1], z - lost[2]))
     for i in range(NODES):
-        total = three_at(work, TORQUE, i)
-        work[(SLOPE + 7) * NODES + i] = h * total[2]
-        force = turned_by(work[SPIN_COSINE * NODES + i], work[SPIN_SINE * NODES + i], total)
+        total = three_at(work, StepRow.TORQUE, i)
+        work[(StepRow.SLOPE + 7) * NODES + i] = h * total[2]
+        force = turned_by(work[StepRow.SPIN_COSINE * NODES + i], work[StepRow.SPIN_SINE * NODES + i], total)
         force = rotated(departed(work, i, p), force)
-        force = turned_by(work[COSINE * NODES + i], work[SINE * NODES + i], force)
-        put_three(work, SLOPE + 4, i, scaled(h, force))
+        force = turned_by(work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i], force)
+        put_three(work, StepRow.SLOPE + 4, i, scaled(h, force))
     if not symmetric:  # of a symmetric body nothing else changes the momentum along the axis
         for i in range(NODES):
-            m = three_at(work, MOMENT, i)
+            m = three_at(work, StepRow.MOMENTUM, i)
             w = _excess(m, axial, constants)
             added = h * fma(m[0], w[1], -m[1] * w[0])
-            work[(SLOPE + 7) * NODES + i] += added
+            work[(StepRow.SLOPE + 7) * NODES + i] += added
 
 
 @inlined
@@ -300,22 +266,23 @@ def _turns(start, h, own, work):
     """Changes of the departure of the attitude: (0, a) p + p (0, b), a across the momentum, b of the body."""
     body, symmetric = own[0], own[1]
     p0, _, axial, across, _, _ = start
-    constants = excesses(body), three(body, INVERSES), three(body, ROTORS), body[ALPHA]
+    inverses, rotors = three(body, BodyRow.INVERSES), three(body, BodyRow.ROTORS)
+    constants = excesses(body), inverses, rotors, body[BodyRow.ALPHA]
     half, along = 0.5 * h, constants[0][1]
     if not symmetric:
         _moments(start, work)
     for i in range(NODES):
         p = departed(work, i, p0)
         if symmetric:
-            w = 0.0, 0.0, along * work[(STAGE + 7) * NODES + i]
+            w = 0.0, 0.0, along * work[(StepRow.STAGE + 7) * NODES + i]
         else:
-            w = _excess(three_at(work, MOMENT, i), axial, constants)
-            w = turned_by(work[SPIN_COSINE * NODES + i], work[SPIN_SINE * NODES + i], w)
-        cosine, sine = work[COSINE * NODES + i], work[SINE * NODES + i]
-        a = scaled(half * across, turned_by(cosine, -sine, three_at(work, STAGE + 4, i)))
+            w = _excess(three_at(work, StepRow.MOMENTUM, i), axial, constants)
+            w = turned_by(work[StepRow.SPIN_COSINE * NODES + i], work[StepRow.SPIN_SINE * NODES + i], w)
+        cosine, sine = work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i]
+        a = scaled(half * across, turned_by(cosine, -sine, three_at(work, StepRow.STAGE + 4, i)))
         sums, differences, u = add_scaled(a, half, w), add_scaled(a, -half, w), (p[1], p[2], p[3])
         x, y, z = add_scaled(cross(differences, u), p[0], sums)
-        put_four(work, SLOPE, i, (-dot(sums, u), x, y, z))
+        put_four(work, StepRow.SLOPE, i, (-dot(sums, u), x, y, z))
 
 
 @routine
@@ -323,11 +290,11 @@ def _force(state, t, t_low, own, world, work, counts):
     """Rate of change of the momentum, inertial: that at the nodes of a step of no length."""
     start = start_of(state, own)
     _along_nodes(state, (t, t_low), 0.0, start, world, work)
-    for row in range(STAGE * NODES, (STAGE + UNKNOWNS) * NODES):
+    for row in range(StepRow.STAGE * NODES, (StepRow.STAGE + UNKNOWNS) * NODES):
         work[row] = 0.0
     _forces(start, 1.0, own, world, work)
     counts[0] += 1.0
-    return rotated(start[4], three_at(work, SLOPE + 4, 0))
+    return rotated(start[4], three_at(work, StepRow.SLOPE + 4, 0))
 
 
 @routine
@@ -349,10 +316,10 @@ def _is_smooth(limit, states, force, span, arguments):
     after = _force(ahead, end, end_low, own, world, work, counts)
     before, behind = rotated_back(frame, force), rotated_back(frame, after)
     for row in range(4, 7):
-        gained = max(gained, abs(work[(COEFFICIENT + row) * NODES]))
+        gained = max(gained, abs(work[(StepRow.COEFFICIENT + row) * NODES]))
     unit, greatest = 1.0 / max(math.sqrt(dot(L, L)), gained, 1e-300), 0.0
     for row in range(UNKNOWNS - 1):
-        at = (COEFFICIENT + row) * NODES
+        at = (StepRow.COEFFICIENT + row) * NODES
         rough = abs(work[at + NODES - 3]) + abs(work[at + NODES - 2]) + abs(work[at + NODES - 1])
         if row >= 4:
             at_start, at_end = 0.0, 0.0
@@ -360,7 +327,7 @@ def _is_smooth(limit, states, force, span, arguments):
                 at_start += work[at + k] * (1.0 if k % 2 == 0 else -1.0)
                 at_end += work[at + k]
             off = max(abs(at_start - h * before[row - 4]), abs(at_end - h * behind[row - 4]))
-            rough = max(rough, off * work[AT * NODES]) * unit
+            rough = max(rough, off * work[StepRow.NODE * NODES]) * unit
         greatest = max(greatest, rough)
     return greatest <= limit, after
 
@@ -372,15 +339,16 @@ def legendre(work):
         for i in range(NODES):
             total = 0.0
             for j in range(NODES):
-                total = fma(work[(LEGENDRE + j) * NODES + i], work[(SLOPE + row) * NODES + j], total)
-            work[(COEFFICIENT + row) * NODES + i] = total
+                slope = work[(StepRow.SLOPE + row) * NODES + j]
+                total = fma(work[(StepRow.LEGENDRE + j) * NODES + i], slope, total)
+            work[(StepRow.COEFFICIENT + row) * NODES + i] = total
 
 
 @inlined
 def _gain(row, work):
     total = 0.0
     for i in range(NODES):
-        total = fma(work[WEIGHTS * NODES + i], work[(SLOPE + row) * NODES + i], total)
+        total = fma(work[StepRow.WEIGHT * NODES + i], work[(StepRow.SLOPE + row) * NODES + i], total)
     return total
 
 
@@ -394,16 +362,17 @@ def _advance(state, start, h, symmetric, work):
     _turn_attitude(state, gained, cosine, L, sine / size if size > 0.0 else 0.0)
     added = rotated(frame, (_gain(4, work), _gain(5, work), _gain(6, work)))
     for j in range(3):
-        total, rest = two_sum(state[MOMENTUM + j], added[j])
-        state[MOMENTUM + j], state[MOMENTUM_LOW + j] = two_sum(total, state[MOMENTUM_LOW + j] + rest)
+        total, rest = two_sum(state[StepState.MOMENTUM + j], added[j])
+        total, rest = two_sum(total, state[StepState.MOMENTUM_LOW + j] + rest)
+        state[StepState.MOMENTUM + j], state[StepState.MOMENTUM_LOW + j] = total, rest
     if symmetric:
-        total, rest = two_sum(state[AXIAL], _gain(7, work))
-        state[AXIAL], state[AXIAL_LOW] = two_sum(total, state[AXIAL_LOW] + rest)
+        total, rest = two_sum(state[StepState.AXIAL], _gain(7, work))
+        state[StepState.AXIAL], state[StepState.AXIAL_LOW] = two_sum(total, state[StepState.AXIAL_LOW] + rest)
     hi, lo = two_product(spin * PER_TURN, h)
-    turns, rest = two_sum(state[SPIN], hi)
-    rest += lo + state[SPIN_LOW]
+    turns, rest = two_sum(state[StepState.SPIN], hi)
+    rest += lo + state[StepState.SPIN_LOW]
     turns -= 2.0 * (((0.5 * turns) + ROUND) - ROUND)  # of two turns, after which the quaternion returns
-    state[SPIN], state[SPIN_LOW] = two_sum(turns, rest)
+    state[StepState.SPIN], state[StepState.SPIN_LOW] = two_sum(turns, rest)
 
 
 @inlined
@@ -430,8 +399,8 @@ def _turn_attitude(state, gained, cosine, L, sine):
 
 @inlined
 def _joined(state, j, gained):
-    hi, rest = two_sum(state[ATTITUDE + j], gained[j])
-    return two_sum(hi, rest + state[ATTITUDE_LOW + j])
+    hi, rest = two_sum(state[StepState.ATTITUDE + j], gained[j])
+    return two_sum(hi, rest + state[StepState.ATTITUDE_LOW + j])
 
 
 @inlined
@@ -452,4 +421,4 @@ def _dot4(a, b):
 
 @inlined
 def _put_scaled(state, j, a, factor):
-    state[ATTITUDE + j], state[ATTITUDE_LOW + j] = two_sum(a[0], fma(a[0], factor, a[1]))
+    state[StepState.ATTITUDE + j], state[StepState.ATTITUDE_LOW + j] = two_sum(a[0], fma(a[0], factor, a[1]))

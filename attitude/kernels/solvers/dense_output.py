@@ -4,27 +4,11 @@ import math
 
 from ..doubledouble import two_product, two_sum
 from ..intrinsics import fma, inlined, routine
-from ..layout import (
-    ALPHA,
-    ATTITUDE,
-    AXIAL,
-    CHANGE,
-    COEFFICIENT,
-    INVERSES,
-    MOMENTS,
-    MOMENTUM,
-    NODES,
-    ROTORS,
-    SPIN,
-    SPIN_LOW,
-    STATE,
-    TO_AXES,
-    UNKNOWNS,
-)
+from ..layout import NODES, UNKNOWNS, BodyRow, StepRow, StepState
 from ..phase import sine_cosine
 from ..rotation import PER_TURN, conjugate, product, rotated, rotated_back, upright
-from ..vectors import add_scaled, cross, dot, scaled
-from .torque import rate_of, three
+from ..vectors import add_scaled, cross, dot, four, scaled, three
+from .torque import rate_of
 
 
 @inlined
@@ -43,15 +27,21 @@ def later(t, t_low, time):
 
 
 @inlined
+def attitude_of(state):
+    """The attitude in a state, a tuple of four."""
+    return four(state, StepState.ATTITUDE)
+
+
+@inlined
 def momentum_of(state):
     """The momentum in a state, a tuple of three."""
-    return state[MOMENTUM], state[MOMENTUM + 1], state[MOMENTUM + 2]
+    return three(state, StepState.MOMENTUM)
 
 
 @routine
 def copied(state, spare):
     """Copy a state into spare room, and return that."""
-    for i in range(STATE):
+    for i in range(StepState.WIDTH):
         spare[i] = state[i]
 
 
@@ -69,9 +59,9 @@ def turned_about_third(q, turns, rest):
 @routine
 def write(state, own, out, i):
     """Attitude (w, x, y, z), rate (body components), momentum (inertial), as rows of out (10, n)."""
-    q = state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
-    q = turned_about_third(q, state[SPIN], state[SPIN_LOW])
-    _write(q, momentum_of(state), state[AXIAL], own, out, i)
+    q = attitude_of(state)
+    q = turned_about_third(q, state[StepState.SPIN], state[StepState.SPIN_LOW])
+    _write(q, momentum_of(state), state[StepState.AXIAL], own, out, i)
 
 
 @inlined
@@ -80,9 +70,9 @@ def _write(q, L, axial, own, out, i):
     m = rotated_back(q, L)
     if symmetric:
         m = m[0], m[1], axial
-    rate = rate_of(three(body, INVERSES), three(body, ROTORS), m)
-    rate = add_scaled(rate, body[ALPHA], cross(m, rate))  # dissipation turns the body too
-    to_axes = body[TO_AXES], body[TO_AXES + 1], body[TO_AXES + 2], body[TO_AXES + 3]
+    rate = rate_of(three(body, BodyRow.INVERSES), three(body, BodyRow.ROTORS), m)
+    rate = add_scaled(rate, body[BodyRow.ALPHA], cross(m, rate))  # dissipation turns the body too
+    to_axes = four(body, BodyRow.TO_AXES)
     attitude = product(q, to_axes)
     rate = rotated((to_axes[0], -to_axes[1], -to_axes[2], -to_axes[3]), rate)
     for j in range(4):
@@ -99,7 +89,7 @@ def _write(q, L, axial, own, out, i):
 @inlined
 def excesses(body):
     """(a1 - a, a3 - a), a the mean of the inverse moments a1 and a2: from differences of the moments."""
-    (I1, I2, I3), (a1, a2, a3) = three(body, MOMENTS), three(body, INVERSES)
+    (I1, I2, I3), (a1, a2, a3) = three(body, BodyRow.MOMENTS), three(body, BodyRow.INVERSES)
     return 0.5 * (I2 - I1) * a1 * a2, 0.5 * a3 * ((I1 - I3) * a1 + (I2 - I3) * a2)
 
 
@@ -115,10 +105,10 @@ def start_of(state, own):
     L = momentum_of(state)
     size = math.sqrt(dot(L, L))
     frame = upright(scaled(1.0 / size if size > 0.0 else 0.0, L))
-    q = state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
-    axial = state[AXIAL] if symmetric else rotated_back(q, L)[2]
-    across = 0.5 * (body[INVERSES] + body[INVERSES + 1])
-    spin = fma(axial, excesses(body)[1], -body[INVERSES + 2] * body[ROTORS + 2])
+    q = attitude_of(state)
+    axial = state[StepState.AXIAL] if symmetric else rotated_back(q, L)[2]
+    across = 0.5 * (body[BodyRow.INVERSES] + body[BodyRow.INVERSES + 1])
+    spin = fma(axial, excesses(body)[1], -body[BodyRow.INVERSES + 2] * body[BodyRow.ROTORS + 2])
     return product(conjugate(frame), q), size, axial, across, frame, spin
 
 
@@ -130,13 +120,13 @@ def write_between(state, time, h, own, work, out, i):
     """
     p, size, axial, across, frame, spin = start_of(state, own)
     _departures(time / h, work)
-    at = CHANGE * NODES
+    at = StepRow.CHANGE * NODES
     p = p[0] + work[at], p[1] + work[at + 1], p[2] + work[at + 2], p[3] + work[at + 3]
     norm = 1.0 / math.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3])
     sine, cosine = sine_cosine(0.5 * PER_TURN * size * across * time, 0.0)
     q = product(product(frame, (cosine * norm, 0.0, 0.0, sine * norm)), p)
-    turns, rest = two_sum(state[SPIN], spin * PER_TURN * time)
-    q = turned_about_third(q, turns, rest + state[SPIN_LOW])
+    turns, rest = two_sum(state[StepState.SPIN], spin * PER_TURN * time)
+    q = turned_about_third(q, turns, rest + state[StepState.SPIN_LOW])
     L = add_scaled(momentum_of(state), 1.0, rotated(frame, three(work, at + 4)))
     _write(q, L, axial + work[at + 7], own, out, i)
 
@@ -144,13 +134,13 @@ def write_between(state, time, h, own, work, out, i):
 @inlined
 def _departures(s, work):
     """The unknowns at a part s of the step, into the row CHANGE: coefficients times Legendre integrals."""
-    at, x = CHANGE * NODES, 2.0 * s - 1.0
+    at, x = StepRow.CHANGE * NODES, 2.0 * s - 1.0
     for row in range(UNKNOWNS):
-        work[at + row] = s * work[(COEFFICIENT + row) * NODES]
+        work[at + row] = s * work[(StepRow.COEFFICIENT + row) * NODES]
     before, here = 1.0, x
     for k in range(1, NODES):
         after = ((2 * k + 1) * x * here - k * before) / (k + 1)
         integral = (after - before) / (4 * k + 2)
         for row in range(UNKNOWNS):
-            work[at + row] = fma(integral, work[(COEFFICIENT + row) * NODES + k], work[at + row])
+            work[at + row] = fma(integral, work[(StepRow.COEFFICIENT + row) * NODES + k], work[at + row])
         before, here = here, after

@@ -4,27 +4,9 @@ import math
 
 from ..intrinsics import fma, inlined, routine
 from ..rotation import rotated_back
-from ..vectors import add_scaled, cross, dot, scaled
-from .plate_layout import (
-    ALONG,
-    ARC_NODES,
-    AT_ARC_END,
-    AT_END,
-    CENTRE,
-    COSINE_NOW,
-    DARK,
-    DIRECTION,
-    LIT,
-    NORMAL,
-    OUTER,
-    POWERS,
-    SCATTERED,
-    TO_POWERS,
-    TORQUE,
-    TURNED,
-)
-from .plate_sources import add_plate, put, seen, source_row
-from .torque import three
+from ..vectors import add_scaled, cross, dot, scaled, three
+from .plate_layout import ARC_NODES, ArcEnd, ArcRow, Light, PlateFlag, PlateRow, SourceRow
+from .plate_sources import add_plate, put_three, seen, source_row
 
 # Steps of the search are no shorter than this, in units of half an arc; a double root closer than that costs
 # less than rounding.
@@ -66,16 +48,16 @@ def find_powers(sources, work):
     """Coefficients, in powers of y = 2 x - 1, of the directions that the body sees along the arc."""
     nodes = min(ARC_NODES, work.shape[0])  # see `place_sources`
     for k in range(sources):
-        turned = source_row(k, TURNED)
+        turned = source_row(k, SourceRow.TURNED)
         for i in range(nodes):
-            put(work, OUTER, i, seen(work, turned, i))
-        x, y, z = row_of(work, OUTER), row_of(work, OUTER + 1), row_of(work, OUTER + 2)
+            put_three(work, ArcRow.GAIN, i, seen(work, turned, i))
+        x, y, z = row_of(work, ArcRow.GAIN), row_of(work, ArcRow.GAIN + 1), row_of(work, ArcRow.GAIN + 2)
         for i in range(nodes):
-            column = column_of(work, TO_POWERS, i)
-            put(work, TORQUE, i, (combined(column, x), combined(column, y), combined(column, z)))
-        target = source_row(k, POWERS) * ARC_NODES
+            column = column_of(work, ArcRow.TO_POWERS, i)
+            put_three(work, ArcRow.TORQUE, i, (combined(column, x), combined(column, y), combined(column, z)))
+        target = source_row(k, SourceRow.POWERS) * ARC_NODES
         for i in range(3 * ARC_NODES):
-            work[target + i] = work[TORQUE * ARC_NODES + i]
+            work[target + i] = work[ArcRow.TORQUE * ARC_NODES + i]
 
 
 @inlined
@@ -91,12 +73,12 @@ def weighted(work, weights, row):
 def light_plates(plates, lights, q, flags, work):
     """Which plates of the sources that shine are lit at the end of an arc, where the attitude is q."""
     for p in range(plates.shape[0]):
-        k = int(plates[p, 0])
-        end = source_row(k, AT_ARC_END) * ARC_NODES
-        d = rotated_back(q, (work[end], work[end + 1], work[end + 2]))
-        f = dot(three(plates[p], NORMAL), d)
-        flags[p, LIT] = 1.0 if f > 0.0 and lights[k] != DARK else -1.0
-        flags[p, COSINE_NOW] = f
+        k = int(plates[p, PlateRow.SOURCE])
+        end = source_row(k, SourceRow.END) * ARC_NODES
+        d = rotated_back(q, three(work, end + ArcEnd.DIRECTION))
+        f = dot(three(plates[p], PlateRow.NORMAL), d)
+        flags[p, PlateFlag.LIT] = 1.0 if f > 0.0 and lights[k] != Light.DARK else -1.0
+        flags[p, PlateFlag.COSINE] = f
 
 
 @routine
@@ -110,14 +92,15 @@ def first_edge(plates, lights, flags, work):
     best = 1.0 + 2.0 * LEAST_STEP
     source, first, reach, middle = -1, 0, 0.0, (0.0, 0.0, 0.0)
     for p in range(plates.shape[0]):
-        k = int(plates[p, 0])
+        k = int(plates[p, PlateRow.SOURCE])
         if k != source:
-            source, first = k, source_row(k, POWERS) * ARC_NODES
+            source, first = k, source_row(k, SourceRow.POWERS) * ARC_NODES
             middle = work[first], work[first + ARC_NODES], work[first + 2 * ARC_NODES]
-            reach = -1.0 if lights[k] == DARK else work[source_row(k, AT_ARC_END) * ARC_NODES + 7]
-        if abs(dot(three(plates[p], NORMAL), middle)) > reach:
+            end = source_row(k, SourceRow.END) * ARC_NODES
+            reach = -1.0 if lights[k] == Light.DARK else work[end + ArcEnd.REACH]
+        if abs(dot(three(plates[p], PlateRow.NORMAL), middle)) > reach:
             continue
-        best = _edge_of(plates[p], flags[p, LIT], first, best, work)
+        best = _edge_of(plates[p], flags[p, PlateFlag.LIT], first, best, work)
     return 0.5 * (best + 1.0)
 
 
@@ -125,11 +108,11 @@ def first_edge(plates, lights, flags, work):
 def find_reach(sources, work):
     """Bound, for each source, how far a cosine is from that at the middle of the arc."""
     for k in range(sources):
-        first, reach = source_row(k, POWERS) * ARC_NODES, 0.0
+        first, reach = source_row(k, SourceRow.POWERS) * ARC_NODES, 0.0
         for i in range(1, ARC_NODES):
             x, y, z = work[first + i], work[first + ARC_NODES + i], work[first + 2 * ARC_NODES + i]
             reach += math.sqrt(fma(x, x, fma(y, y, z * z)))
-        work[source_row(k, AT_ARC_END) * ARC_NODES + 7] = reach * 1.0000001
+        work[source_row(k, SourceRow.END) * ARC_NODES + ArcEnd.REACH] = reach * 1.0000001
 
 
 @inlined
@@ -141,7 +124,7 @@ def _power(work, first, n, i):
 @routine
 def _edge_of(plate, side, first, best, work):
     """The first edge of one plate before y = best, or best."""
-    n = three(plate, NORMAL)
+    n = three(plate, PlateRow.NORMAL)
     a0, a1, a2 = _power(work, first, n, 0), _power(work, first, n, 1), _power(work, first, n, 2)
     a3, a4, a5 = _power(work, first, n, 3), _power(work, first, n, 4), _power(work, first, n, 5)
     a6, a7 = _power(work, first, n, 6), _power(work, first, n, 7)
@@ -166,14 +149,14 @@ def _edge_of(plate, side, first, best, work):
 def find_ends(sources, h, work):
     """Directions, strengths and rates at the end of the arc; the coefficients of the directions are there."""
     for k in range(sources):
-        end = source_row(k, AT_ARC_END) * ARC_NODES
-        for j in range(4):
-            work[end + j] = weighted(work, AT_END, source_row(k, DIRECTION + j))
+        end = source_row(k, SourceRow.END) * ARC_NODES
+        for j in range(4):  # ArcEnd's direction and strength
+            work[end + j] = weighted(work, ArcRow.AT_END, source_row(k, SourceRow.DIRECTION + j))
         for j in range(3):
-            first, rate = source_row(k, POWERS + j) * ARC_NODES, 0.0
+            first, rate = source_row(k, SourceRow.POWERS + j) * ARC_NODES, 0.0
             for i in range(1, ARC_NODES):
                 rate += i * work[first + i]
-            work[end + 4 + j] = 2.0 * rate / h
+            work[end + ArcEnd.RATE + j] = 2.0 * rate / h
 
 
 @routine
@@ -191,26 +174,27 @@ def flip_plates(plates, lights, end, flags, forms, work):
     flips, missed, uncertain = 0, (0.0, 0.0, 0.0), 0.0
     source, at_end, d = -1, 0, (0.0, 0.0, 0.0)
     for p in range(plates.shape[0]):
-        k = int(plates[p, 0])
-        if lights[k] == DARK:
+        k = int(plates[p, PlateRow.SOURCE])
+        if lights[k] == Light.DARK:
             continue
         if k != source:
-            source, at_end = k, source_row(k, AT_ARC_END) * ARC_NODES
-            d = rotated_back(q, (work[at_end], work[at_end + 1], work[at_end + 2]))
-        n = three(plates[p], NORMAL)
-        f, side = dot(n, d), flags[p, LIT]
-        flags[p, COSINE_NOW] = f
+            source, at_end = k, source_row(k, SourceRow.END) * ARC_NODES
+            d = rotated_back(q, three(work, at_end + ArcEnd.DIRECTION))
+        n = three(plates[p], PlateRow.NORMAL)
+        f, side = dot(n, d), flags[p, PlateFlag.LIT]
+        flags[p, PlateFlag.COSINE] = f
         if side * f > (TOGETHER if falling != 0.0 else -INDIFFERENT):
             continue
-        rate = dot(n, (work[at_end + 4], work[at_end + 5], work[at_end + 6]))
+        rate = dot(n, three(work, at_end + ArcEnd.RATE))
         if side * f > -INDIFFERENT and side * rate * falling >= -pace / TOGETHER * abs(f):
             continue
-        flags[p, LIT] = -side
+        flags[p, PlateFlag.LIT] = -side
         flips += 1
         add_plate(forms[k], plates[p], -side)
-        c = three(plates[p], CENTRE)
-        per_cosine = scaled(plates[p, ALONG], cross(c, d))
-        per_cosine = scaled(work[at_end + 3], add_scaled(per_cosine, plates[p, SCATTERED], cross(c, n)))
+        c = three(plates[p], PlateRow.CENTRE)
+        per_cosine = scaled(plates[p, PlateRow.ALONG], cross(c, d))
+        per_cosine = add_scaled(per_cosine, plates[p, PlateRow.SCATTERED], cross(c, n))
+        per_cosine = scaled(work[at_end + ArcEnd.STRENGTH], per_cosine)
         size, rate = abs(f), max(abs(rate), 1e-300)
         longest = math.sqrt(2.0 * size) / pace
         missed = add_scaled(missed, size * min(0.5 * size / rate, longest), per_cosine)

@@ -6,7 +6,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from ..layout import HALF, KNOWN_ROWS, MATRIX, NODES, WEIGHTS
+from ..layout import HALF, NODES, ROWS_PER_EFFECT, StepRow
 
 VECTOR, MAGNITUDES = (ir.VectorType(kind, HALF) for kind in (ir.DoubleType(), ir.IntType(64)))
 ROWS = 4  # that are integrated together: sums of several do not wait for one another
@@ -25,9 +25,9 @@ def integrate(typingctx, work, slopes, integrals):
 
     def codegen(context, builder, signature, args):
         rows = _Rows(context, builder, signature.args[0], args[0])
-        of_sums = [rows.load(rows.at(NODES * (MATRIX + j))) for j in range(HALF)]
-        of_differences = [rows.load(rows.at(NODES * (MATRIX + j) + HALF)) for j in range(HALF)]
-        weights = rows.load(rows.at(NODES * WEIGHTS))
+        of_sums = [rows.load(rows.at(NODES * (StepRow.MATRIX + j))) for j in range(HALF)]
+        of_differences = [rows.load(rows.at(NODES * (StepRow.MATRIX + j) + HALF)) for j in range(HALF)]
+        weights = rows.load(rows.at(NODES * StepRow.WEIGHT))
         weight = [rows.spread(weights, j) for j in range(HALF)]
         greatest = ir.Constant(MAGNITUDES, [0] * HALF)
         for row in range(ROWS):
@@ -53,11 +53,11 @@ def integrate(typingctx, work, slopes, integrals):
 
 @intrinsic
 def copied_known(typingctx, work, origin, target):
-    """Copy what is known of an effect, KNOWN_ROWS rows, from one number of the workspace to another."""
+    """Copy what is known of an effect, ROWS_PER_EFFECT rows, from one number of the workspace to another."""
 
     def codegen(context, builder, signature, args):
         rows = _Rows(context, builder, signature.args[0], args[0])
-        for first in range(0, KNOWN_ROWS * NODES, HALF):
+        for first in range(0, ROWS_PER_EFFECT * NODES, HALF):
             rows.store(rows.load(rows.at(first, args[1])), rows.at(first, args[2]))
         return context.get_dummy_value()
 

@@ -3,14 +3,12 @@
 import math
 
 from ..intrinsics import fma, inlined
-from ..layout import KEPLER, PLACE, SPEED, TIME, TIME_LOW
+from ..layout import Ellipse, NodeRow, OrbitCode, TableOrbit
 from ..phase import ROUND, argument, sine_cosine
 from ..rotation import PER_TURN, rotated_back
-from ..vectors import add_scaled, scaled
+from ..vectors import add_scaled, pair_at, scaled, three
 
 TURN = 6.283185307179586
-
-
 MOST_ROUNDS = 12
 
 
@@ -21,32 +19,32 @@ def places_and_speeds(orbit, pieces, frame, work, nodes):
     orbit : (ORBIT_WIDTH,), of an orbit, and pieces : (n, 3, degree + 1), as `layout` has them
     frame : quaternion from the axes of the step to inertial ones
     """
-    if orbit[0] == KEPLER:
+    if orbit[0] == OrbitCode.KEPLER:
         _two_body(orbit, frame, work, nodes)
         return
     for i in range(nodes):
-        now, now_low = work[TIME * nodes + i], work[TIME_LOW * nodes + i]
-        r, v = along_pieces(pieces, orbit[1], orbit[2], now, now_low)
+        now, now_low = work[NodeRow.TIME * nodes + i], work[NodeRow.TIME_LOW * nodes + i]
+        r, v = along_pieces(pieces, orbit[TableOrbit.START], orbit[TableOrbit.LENGTH], now, now_low)
         _put(work, nodes, i, rotated_back(frame, r), rotated_back(frame, v))
 
 
 @inlined
 def _two_body(orbit, frame, work, nodes):
-    a, e, rate = orbit[1], orbit[2], orbit[6]
+    a, e, rate = orbit[Ellipse.SEMI_MAJOR_AXIS], orbit[Ellipse.ECCENTRICITY], orbit[Ellipse.MEAN_MOTION]
+    turn_rate, initial = pair_at(orbit, Ellipse.TURN_RATE), (orbit[Ellipse.MEAN_ANOMALY], 0.0)
     minor = math.sqrt((1.0 - e) * (1.0 + e))
-    P = rotated_back(frame, (orbit[7], orbit[8], orbit[9]))
-    Q = rotated_back(frame, (orbit[10], orbit[11], orbit[12]))
+    P, Q = rotated_back(frame, three(orbit, Ellipse.P)), rotated_back(frame, three(orbit, Ellipse.Q))
     for i in range(nodes):
-        now, now_low = work[TIME * nodes + i], work[TIME_LOW * nodes + i]
-        turns, rest = argument((orbit[4], orbit[5]), now, now_low, (orbit[3], 0.0))
+        now, now_low = work[NodeRow.TIME * nodes + i], work[NodeRow.TIME_LOW * nodes + i]
+        turns, rest = argument(turn_rate, now, now_low, initial)
         sine, cosine = sine_cosine(turns, rest)
         M = ((turns - ((turns + ROUND) - ROUND)) + rest) * TURN
-        work[PLACE * nodes + i], work[(PLACE + 1) * nodes + i] = cosine, sine
-        work[SPEED * nodes + i] = M
+        work[NodeRow.POSITION * nodes + i], work[(NodeRow.POSITION + 1) * nodes + i] = cosine, sine
+        work[NodeRow.VELOCITY * nodes + i] = M
     if e != 0.0:
         _eccentric_anomalies(e, work, nodes)
     for i in range(nodes):
-        cosine, sine = work[PLACE * nodes + i], work[(PLACE + 1) * nodes + i]
+        cosine, sine = work[NodeRow.POSITION * nodes + i], work[(NodeRow.POSITION + 1) * nodes + i]
         speed = a * rate / fma(-e, cosine, 1.0)
         r = add_scaled(scaled(a * (cosine - e), P), a * minor * sine, Q)
         v = add_scaled(scaled(-speed * sine, P), speed * minor * cosine, Q)
@@ -56,8 +54,8 @@ def _two_body(orbit, frame, work, nodes):
 @inlined
 def _put(work, nodes, i, r, v):
     for j in range(3):
-        work[(PLACE + j) * nodes + i] = r[j]
-        work[(SPEED + j) * nodes + i] = v[j]
+        work[(NodeRow.POSITION + j) * nodes + i] = r[j]
+        work[(NodeRow.VELOCITY + j) * nodes + i] = v[j]
 
 
 @inlined
@@ -68,28 +66,29 @@ def _eccentric_anomalies(e, work, nodes):
     Source: Danby, Fundamentals of Celestial Mechanics, 2nd ed., section 6.6.
     """
     for i in range(nodes):
-        M, cosine, sine = work[SPEED * nodes + i], work[PLACE * nodes + i], work[(PLACE + 1) * nodes + i]
+        M = work[NodeRow.VELOCITY * nodes + i]
+        cosine, sine = work[NodeRow.POSITION * nodes + i], work[(NodeRow.POSITION + 1) * nodes + i]
         near = M + e * sine * fma(e, cosine, 1.0)
         # beyond e = 0.9 the series is no start near the pericentre: Danby's own converges for every e < 1
-        work[(SPEED + 1) * nodes + i] = near if e < 0.9 else M + math.copysign(0.85 * e, sine)
+        work[(NodeRow.VELOCITY + 1) * nodes + i] = near if e < 0.9 else M + math.copysign(0.85 * e, sine)
     for _ in range(MOST_ROUNDS):
         greatest = 0.0
         for i in range(nodes):
-            M, E = work[SPEED * nodes + i], work[(SPEED + 1) * nodes + i]
+            M, E = work[NodeRow.VELOCITY * nodes + i], work[(NodeRow.VELOCITY + 1) * nodes + i]
             sine, cosine = sine_cosine(E * PER_TURN, 0.0)
             f = (E - e * sine) - M
             f1, f2, f3 = 1.0 - e * cosine, e * sine, e * cosine
             step = -f / f1
             step = -f / fma(0.5 * step, f2, f1)
             step = -f / fma(step, fma(step, f3 / 6.0, 0.5 * f2), f1)
-            work[(SPEED + 1) * nodes + i] = E + step
-            work[(SPEED + 2) * nodes + i] = abs(step)
+            work[(NodeRow.VELOCITY + 1) * nodes + i] = E + step
+            work[(NodeRow.VELOCITY + 2) * nodes + i] = abs(step)
             # the rest of the change, to second order in it
             half = 0.5 * step * step
-            work[PLACE * nodes + i] = cosine - step * sine - half * cosine
-            work[(PLACE + 1) * nodes + i] = sine + step * cosine - half * sine
+            work[NodeRow.POSITION * nodes + i] = cosine - step * sine - half * cosine
+            work[(NodeRow.POSITION + 1) * nodes + i] = sine + step * cosine - half * sine
         for i in range(nodes):
-            greatest = max(greatest, work[(SPEED + 2) * nodes + i])
+            greatest = max(greatest, work[(NodeRow.VELOCITY + 2) * nodes + i])
         if greatest < 3e-6:
             break
 

@@ -10,22 +10,11 @@ import math
 
 from ..doubledouble import two_product, two_sum
 from ..intrinsics import fma, inlined, kernel, routine
-from ..layout import (
-    ALPHA,
-    ATTITUDE,
-    ATTITUDE_LOW,
-    INVERSES,
-    MOMENTUM,
-    MOMENTUM_LOW,
-    NO_ORBIT,
-    ROTORS,
-    STATE,
-    TO_AXES,
-)
+from ..layout import BodyRow, EffectRow, NodeRow, OrbitCode, StepState
 from ..phase import sine_cosine
 from ..rotation import PER_TURN, product, rotated, rotated_back
-from ..vectors import add_scaled, cross, dot, scaled
-from .dense_output import later, momentum_of, write
+from ..vectors import add_scaled, cross, dot, four, scaled, three
+from .dense_output import attitude_of, later, momentum_of, write
 from .edge_search import (
     column_of,
     combined,
@@ -39,33 +28,9 @@ from .edge_search import (
     weighted,
 )
 from .orbit_path import along_pieces, places_and_speeds
-from .plate_layout import (
-    ABOUT,
-    ARC_NODES,
-    AT,
-    CHANGE,
-    COSINE,
-    DEPARTED,
-    MATRIX,
-    MOMENT,
-    OUTER,
-    PLACE,
-    RATE,
-    ROTATION,
-    SINE,
-    SLOPE,
-    SPEED,
-    STAGE,
-    SUN,
-    TIME,
-    TIME_LOW,
-    TO_POWERS,
-    TORQUE,
-    UNKNOWNS,
-    WEIGHTS,
-)
-from .plate_sources import add_torques, at, four, place_sources, put, sum_forms
-from .torque import eddies_of, rate_of, taken_by_eddies, three, users
+from .plate_layout import ARC_NODES, ArcRow
+from .plate_sources import add_torques, four_at, place_sources, put_three, sum_forms, three_at
+from .torque import eddies_of, rate_of, taken_by_eddies, users
 
 MOST_SWEEPS, MOST_HALVINGS = 40, 40
 # What the next sweep may still change where edges are foretold, and where an arc is solved.
@@ -85,12 +50,13 @@ def march(bodies, span, instants, out, work, halted, *arrays):
     bodies : (k,) records of MARCHED
     span : (2,) s, where it begins and ends; instants : (2, m), two-part, in the order of the march
     out : (n, 10, m), written
-    work : of SCHEME_ROWS and ROWS_PER_SOURCE for each source, which begins with the scheme
+    work : of ArcRow.SOURCES and SourceRow.ROWS for each source, which begins with the scheme
     halted : (1,), set by another thread to end the march
-    arrays : plates (n, P, PLATE_WIDTH), in components along the axes; forms of the sources without plates
-        (n, S, FORM_WIDTH); sources (n, S, SOURCE_WIDTH); functions of the user's (n, U, EFFECT_WIDTH);
-        scratch (P, 2) and (S, FORM_WIDTH); cuts (c,) s, ascending, where arcs end besides; lights (c + 1, S),
-        of the sources between them; orbit, its pieces, sun, its pieces, air, as `layout` has them
+    arrays : plates (n, P, PlateRow.WIDTH), in components along the axes; forms of the sources without plates
+        (n, S, FormRow.WIDTH); sources (n, S, EffectRow.WIDTH); functions of the user's, rows (n, U,
+        EffectRow.WIDTH); scratch (P, PlateFlag.WIDTH) and (S, FormRow.WIDTH); cuts (c,) s, ascending, where
+        arcs end besides; lights (c + 1, S), Light of the sources between them; orbit, its pieces, sun, its
+        pieces, air, as `layout` has them
     """
     plates, base, sources, user_rows, flags, forms = arrays[:6]
     world = arrays[6:]
@@ -117,10 +83,10 @@ def _march(record, span, instants, out, halted, own, memory, world):
         pace = _pace(record, world, memory[0])
         h = sign * min(remaining, to_cut, LENGTHENING * mean, record.theta / pace)
         h, part = _solve_arc(record, now, h, own, memory, world)
-        for j in range(STATE):
+        for j in range(StepState.WIDTH):
             record.start[j] = state[j]
         _advance(state, record.body, h, memory[0])
-        if not abs(state[ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is
+        if not abs(state[StepState.ATTITUDE]) <= 2.0:  # a torque was not a number: nothing further is
             record.counts[3] += 1
             return
         last, before = _instants_before(instants, written, (t, t_low, sign), h), h
@@ -157,7 +123,7 @@ def _begin(record, now, own, memory, world):
 @inlined
 def _light(record, light, own, memory):
     plates, base, (work, flags, forms) = own[0], own[1], memory
-    light_plates(plates, light, _attitude(record.state), flags, work)
+    light_plates(plates, light, attitude_of(record.state), flags, work)
     sum_forms(base, plates, flags, forms)
 
 
@@ -195,7 +161,7 @@ def _solve_arc(record, now, h, own, memory, world):
 def _write_between(record, now, lengths, own, memory, world):
     """The state at an instant within the arc into `between`: the arc, shortened from a length to another."""
     before, since = lengths
-    for j in range(STATE):
+    for j in range(StepState.WIDTH):
         record.between[j] = record.start[j]
     if since != 0.0:
         work = memory[0]
@@ -210,7 +176,7 @@ def _write_between(record, now, lengths, own, memory, world):
 def _change_sides(record, light, pace, falling, own, memory):
     """Plates that are at their edges change sides, and the momentum by what these were missed by."""
     plates, base, (work, flags, forms), state = own[0], own[1], memory, record.state
-    q = _attitude(state)
+    q = attitude_of(state)
     flips, missed, uncertain = flip_plates(plates, light, (q, pace, falling), flags, forms, work)
     if flips:
         before = record.counts[2] // FLIPS_BETWEEN_SUMS
@@ -220,11 +186,6 @@ def _change_sides(record, light, pace, falling, own, memory):
         record.edges += uncertain * _turn_per_momentum(record)
         if record.counts[2] // FLIPS_BETWEEN_SUMS != before:
             sum_forms(base, plates, flags, forms)
-
-
-@inlined
-def _attitude(state):
-    return state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3]
 
 
 @inlined
@@ -263,8 +224,9 @@ def _pace(record, world, work):
     """rad/s by which arcs are measured: of the body, what torques make of it, the orbit at the last node."""
     rate = _rate(record)
     square = dot(rate, rate) + record.pace
-    if world[2][0] != NO_ORBIT:
-        r, v = at(work, PLACE, ARC_NODES - 1), at(work, SPEED, ARC_NODES - 1)
+    if world[2][0] != OrbitCode.NONE:
+        last = ARC_NODES - 1
+        r, v = three_at(work, NodeRow.POSITION, last), three_at(work, NodeRow.VELOCITY, last)
         square += dot(v, v) / max(dot(r, r), 1e-300)
     return math.sqrt(max(square, 1e-300))
 
@@ -272,8 +234,8 @@ def _pace(record, world, work):
 @inlined
 def _rate(record):
     state, body = record.state, record.body
-    m = rotated_back(_attitude(state), momentum_of(state))
-    return rate_of(three(body, INVERSES), three(body, ROTORS), m)
+    m = rotated_back(attitude_of(state), momentum_of(state))
+    return rate_of(three(body, BodyRow.INVERSES), three(body, BodyRow.ROTORS), m)
 
 
 @routine
@@ -281,7 +243,7 @@ def _turn_per_momentum(record):
     """Change of the rate with the momentum, 1/(kg m2): about, and at most."""
     body, L = record.body, momentum_of(record.state)
     rate, size = _rate(record), math.sqrt(dot(L, L))
-    most = max(body[INVERSES], body[INVERSES + 1], body[INVERSES + 2])
+    most = max(body[BodyRow.INVERSES], body[BodyRow.INVERSES + 1], body[BodyRow.INVERSES + 2])
     return min(most, math.sqrt(dot(rate, rate)) / size) if size > 0.0 else most
 
 
@@ -296,54 +258,56 @@ def _place(record, state, now, h, own, memory, world):
     across, spin, _ = _constants(state, body)
     half, phase = 0.5 * PER_TURN * size * across, 0.5 * PER_TURN * spin
     for i in range(ARC_NODES):
-        time = work[AT * ARC_NODES + i] * h
+        time = work[ArcRow.NODE * ARC_NODES + i] * h
         sine, cosine = sine_cosine(half * time, 0.0)
         sine *= inverse
-        work[ABOUT * ARC_NODES + i] = cosine
-        put(work, ABOUT + 1, i, scaled(sine, L))
-        work[SINE * ARC_NODES + i], work[COSINE * ARC_NODES + i] = sine_cosine(phase * time, 0.0)
-        work[TIME * ARC_NODES + i], work[TIME_LOW * ARC_NODES + i] = later(t, t_low, time)
-    if orbit[0] != NO_ORBIT:
+        work[ArcRow.PRECESSION * ARC_NODES + i] = cosine
+        put_three(work, ArcRow.PRECESSION + 1, i, scaled(sine, L))
+        sine, cosine = sine_cosine(phase * time, 0.0)
+        work[ArcRow.SPIN_SINE * ARC_NODES + i], work[ArcRow.SPIN_COSINE * ARC_NODES + i] = sine, cosine
+        work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i] = later(t, t_low, time)
+    if orbit[0] != OrbitCode.NONE:
         places_and_speeds(orbit, pieces, (1.0, 0.0, 0.0, 0.0), work, ARC_NODES)
     if sun[2] != 0.0:
         for i in range(ARC_NODES):
-            now, now_low = work[TIME * ARC_NODES + i], work[TIME_LOW * ARC_NODES + i]
+            now, now_low = work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i]
             place, _ = along_pieces(sun_pieces, sun[0], sun[1], now, now_low)
-            put(work, SUN, i, place)
+            put_three(work, NodeRow.SUN, i, place)
     place_sources(own[2], light, air, work)
 
 
 @inlined
 def _constants(state, body):
     """(mean inverse moment across axis 3, rate of the turn about it, momentum along it), at the start."""
-    axial = rotated_back(_attitude(state), momentum_of(state))[2]
-    across = 0.5 * (body[INVERSES] + body[INVERSES + 1])
-    return across, fma(axial, body[INVERSES + 2] - across, -body[INVERSES + 2] * body[ROTORS + 2]), axial
+    axial = rotated_back(attitude_of(state), momentum_of(state))[2]
+    a1, a2, a3 = three(body, BodyRow.INVERSES)
+    across = 0.5 * (a1 + a2)
+    return across, fma(axial, a3 - across, -a3 * body[BodyRow.ROTORS + 2]), axial
 
 
 @routine
 def _clear(work):
-    for i in range(STAGE * ARC_NODES, (STAGE + UNKNOWNS) * ARC_NODES):
+    for i in range(ArcRow.STAGE * ARC_NODES, ArcRow.SLOPE * ARC_NODES):
         work[i] = 0.0
 
 
 @routine
 def _shorten(part, work):
     """Slopes at the nodes of the first part of the arc, from those at the nodes of all of it."""
-    q, L = _rows(work, SLOPE)
+    q, L = _rows(work, ArcRow.SLOPE)
     for i in range(ARC_NODES):  # coefficients of powers, in the rows of the stages
-        column = column_of(work, TO_POWERS, i)
+        column = column_of(work, ArcRow.TO_POWERS, i)
         for j in range(4):
-            work[(STAGE + j) * ARC_NODES + i] = combined(column, q[j])
+            work[(ArcRow.STAGE + j) * ARC_NODES + i] = combined(column, q[j])
         for j in range(3):
-            work[(STAGE + 4 + j) * ARC_NODES + i] = combined(column, L[j])
-    q, L = _rows(work, STAGE)
+            work[(ArcRow.STAGE + 4 + j) * ARC_NODES + i] = combined(column, L[j])
+    q, L = _rows(work, ArcRow.STAGE)
     for i in range(ARC_NODES):
-        y = fma(2.0 * part, work[AT * ARC_NODES + i], -1.0)
+        y = fma(2.0 * part, work[ArcRow.NODE * ARC_NODES + i], -1.0)
         for j in range(4):
-            work[(SLOPE + j) * ARC_NODES + i] = _polynomial(q[j], y)
+            work[(ArcRow.SLOPE + j) * ARC_NODES + i] = _polynomial(q[j], y)
         for j in range(3):
-            work[(SLOPE + 4 + j) * ARC_NODES + i] = _polynomial(L[j], y)
+            work[(ArcRow.SLOPE + 4 + j) * ARC_NODES + i] = _polynomial(L[j], y)
 
 
 @inlined
@@ -370,13 +334,13 @@ def _settle(record, state, h, limit, own, memory):
     L, work, body = momentum_of(state), memory[0], record.body
     size = abs(L[0]) + abs(L[1]) + abs(L[2])
     last, ratio = 1.0, 1.0
-    turn = abs(h) * size * max(body[INVERSES], body[INVERSES + 1], body[INVERSES + 2])
+    turn = abs(h) * size * max(body[BodyRow.INVERSES], body[BodyRow.INVERSES + 1], body[BodyRow.INVERSES + 2])
     rounding = max(1e-13, 1e-15 * turn)
     for sweep in range(MOST_SWEEPS):
         _slopes(record, state, own, memory)
         change = _stages(h, 1.0 / size if size > 0.0 else 1.0, work)
         if sweep == 0:
-            for i in range((STAGE + 4) * ARC_NODES, (STAGE + 7) * ARC_NODES):
+            for i in range((ArcRow.STAGE + 4) * ARC_NODES, (ArcRow.STAGE + 7) * ARC_NODES):
                 size = max(size, abs(work[i]))  # a body at rest has no other momentum than it gains
         gain = max(ratio, change / last)
         if sweep > 0 and not change <= 1e3:  # sweeps go astray
@@ -393,35 +357,25 @@ def _slopes(record, state, own, memory):
     work, forms, user_rows = memory[0], memory[2], own[3]
     body, constant = record.body, record.constant
     L = momentum_of(state)
-    start = (
-        state[ATTITUDE],
-        state[ATTITUDE + 1],
-        state[ATTITUDE + 2],
-        state[ATTITUDE + 3],
-    )
-    low = (
-        state[ATTITUDE_LOW],
-        state[ATTITUDE_LOW + 1],
-        state[ATTITUDE_LOW + 2],
-        state[ATTITUDE_LOW + 3],
-    )
-    inverses, rotors, alpha, C = three(body, INVERSES), three(body, ROTORS), body[ALPHA], eddies_of(body)
+    start, low = attitude_of(state), four(state, StepState.ATTITUDE_LOW)
+    inverses, rotors = three(body, BodyRow.INVERSES), three(body, BodyRow.ROTORS)
+    alpha, C = body[BodyRow.ALPHA], eddies_of(body)
     across, _, axial = _constants(state, body)
-    fixed = constant[0], constant[1], constant[2]
+    fixed = three(constant, 0)
     for i in range(ARC_NODES):
         _at_node(work, i, (start, low), L, (inverses, rotors), fixed)
     add_torques(forms, work)
     for k in range(user_rows.shape[0]):
-        to_axes = body[TO_AXES], body[TO_AXES + 1], body[TO_AXES + 2], body[TO_AXES + 3]
+        to_axes = four(body, BodyRow.TO_AXES)
         for i in range(ARC_NODES):
             q = _spun(
-                product(four(work, ABOUT, i), four(work, DEPARTED, i)),
-                work[SINE * ARC_NODES + i],
-                work[COSINE * ARC_NODES + i],
+                product(four_at(work, ArcRow.PRECESSION, i), four_at(work, ArcRow.DEPARTURE, i)),
+                work[ArcRow.SPIN_SINE * ARC_NODES + i],
+                work[ArcRow.SPIN_COSINE * ARC_NODES + i],
             )
-            t = work[TIME * ARC_NODES + i] + work[TIME_LOW * ARC_NODES + i]
-            torque = users(user_rows[k, 1], to_axes, t, q, at(work, RATE, i))
-            put(work, TORQUE, i, add_scaled(at(work, TORQUE, i), 1.0, torque))
+            t = work[NodeRow.TIME * ARC_NODES + i] + work[NodeRow.TIME_LOW * ARC_NODES + i]
+            torque = users(user_rows[k, EffectRow.VALUE], to_axes, t, q, three_at(work, ArcRow.RATE, i))
+            put_three(work, ArcRow.TORQUE, i, add_scaled(three_at(work, ArcRow.TORQUE, i), 1.0, torque))
     for i in range(ARC_NODES):
         _slope_at_node(work, i, axial, across, (inverses, rotors, alpha, C))
 
@@ -438,37 +392,37 @@ def _spun(q, sine, cosine):
 @inlined
 def _at_node(work, i, starts, L, constants, fixed):
     """Departure, its rotation with the turn about axis 3, momentum and rate of the body."""
-    (start, low), (inverses, rotors), stage = starts, constants, four(work, STAGE, i)
+    (start, low), (inverses, rotors), stage = starts, constants, four_at(work, ArcRow.STAGE, i)
     p = (
         start[0] + (low[0] + stage[0]),
         start[1] + (low[1] + stage[1]),
         start[2] + (low[2] + stage[2]),
         start[3] + (low[3] + stage[3]),
     )
-    work[DEPARTED * ARC_NODES + i] = p[0]
-    put(work, DEPARTED + 1, i, (p[1], p[2], p[3]))
-    outer = rotated_back(four(work, ABOUT, i), at(work, STAGE + 4, i))
-    put(work, OUTER, i, outer)
-    w, x, y, z = _spun(p, work[SINE * ARC_NODES + i], work[COSINE * ARC_NODES + i])
+    work[ArcRow.DEPARTURE * ARC_NODES + i] = p[0]
+    put_three(work, ArcRow.DEPARTURE + 1, i, (p[1], p[2], p[3]))
+    outer = rotated_back(four_at(work, ArcRow.PRECESSION, i), three_at(work, ArcRow.STAGE + 4, i))
+    put_three(work, ArcRow.GAIN, i, outer)
+    w, x, y, z = _spun(p, work[ArcRow.SPIN_SINE * ARC_NODES + i], work[ArcRow.SPIN_COSINE * ARC_NODES + i])
     x2, y2, z2 = x + x, y + y, z + z
     first = fma(-y2, y, fma(-z2, z, 1.0)), fma(x2, y, -w * z2), fma(x2, z, w * y2)
     second = fma(x2, y, w * z2), fma(-x2, x, fma(-z2, z, 1.0)), fma(y2, z, -w * x2)
     third = fma(x2, z, -w * y2), fma(y2, z, w * x2), fma(-x2, x, fma(-y2, y, 1.0))
-    put(work, ROTATION, i, first)
-    put(work, ROTATION + 3, i, second)
-    put(work, ROTATION + 6, i, third)
+    put_three(work, ArcRow.ROTATION, i, first)
+    put_three(work, ArcRow.ROTATION + 3, i, second)
+    put_three(work, ArcRow.ROTATION + 6, i, third)
     total = add_scaled(outer, 1.0, L)
     m = add_scaled(add_scaled(scaled(total[0], first), total[1], second), total[2], third)
-    put(work, MOMENT, i, m)
-    put(work, RATE, i, rate_of(inverses, rotors, m))
-    put(work, TORQUE, i, fixed)
+    put_three(work, ArcRow.MOMENTUM, i, m)
+    put_three(work, ArcRow.RATE, i, rate_of(inverses, rotors, m))
+    put_three(work, ArcRow.TORQUE, i, fixed)
 
 
 @inlined
 def _slope_at_node(work, i, axial, across, constants):
     inverses, rotors, alpha, C = constants
-    m, rate = at(work, MOMENT, i), at(work, RATE, i)
-    total = add_scaled(at(work, TORQUE, i), -1.0, taken_by_eddies(C, rate))
+    m, rate = three_at(work, ArcRow.MOMENTUM, i), three_at(work, ArcRow.RATE, i)
+    total = add_scaled(three_at(work, ArcRow.TORQUE, i), -1.0, taken_by_eddies(C, rate))
     inner = cross(m, rate)
     extra = (
         fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0])),
@@ -476,45 +430,45 @@ def _slope_at_node(work, i, axial, across, constants):
         fma(inverses[2] - across, m[2] - axial, alpha * inner[2]),
     )
     # turned by the spin, which stands between the departure and the body
-    half_c, half_s = work[COSINE * ARC_NODES + i], work[SINE * ARC_NODES + i]
+    half_c, half_s = work[ArcRow.SPIN_COSINE * ARC_NODES + i], work[ArcRow.SPIN_SINE * ARC_NODES + i]
     c, s = fma(half_c, half_c, -half_s * half_s), 2.0 * half_c * half_s
     extra = fma(c, extra[0], -s * extra[1]), fma(s, extra[0], c * extra[1]), extra[2]
-    p, outer = four(work, DEPARTED, i), at(work, OUTER, i)
+    p, outer = four_at(work, ArcRow.DEPARTURE, i), three_at(work, ArcRow.GAIN, i)
     left = product((0.0, across * outer[0], across * outer[1], across * outer[2]), p)
     right = product(p, (0.0, extra[0], extra[1], extra[2]))
-    work[SLOPE * ARC_NODES + i] = 0.5 * (left[0] + right[0])
-    put(
+    work[ArcRow.SLOPE * ARC_NODES + i] = 0.5 * (left[0] + right[0])
+    put_three(
         work,
-        SLOPE + 1,
+        ArcRow.SLOPE + 1,
         i,
         (0.5 * (left[1] + right[1]), 0.5 * (left[2] + right[2]), 0.5 * (left[3] + right[3])),
     )
     force = (
-        dot(at(work, ROTATION, i), total),
-        dot(at(work, ROTATION + 3, i), total),
-        dot(at(work, ROTATION + 6, i), total),
+        dot(three_at(work, ArcRow.ROTATION, i), total),
+        dot(three_at(work, ArcRow.ROTATION + 3, i), total),
+        dot(three_at(work, ArcRow.ROTATION + 6, i), total),
     )
-    put(work, SLOPE + 4, i, rotated(four(work, ABOUT, i), force))
+    put_three(work, ArcRow.SLOPE + 4, i, rotated(four_at(work, ArcRow.PRECESSION, i), force))
 
 
 @routine
 def _stages(h, scale, work):
     """The unknowns at the nodes from their slopes; the greatest change of any, momenta times a scale."""
-    q, L = _rows(work, SLOPE)
+    q, L = _rows(work, ArcRow.SLOPE)
     for i in range(ARC_NODES):
-        column, change = column_of(work, MATRIX, i), 0.0
+        column, change = column_of(work, ArcRow.MATRIX, i), 0.0
         for j in range(4):
-            new, place = h * combined(column, q[j]), (STAGE + j) * ARC_NODES + i
+            new, place = h * combined(column, q[j]), (ArcRow.STAGE + j) * ARC_NODES + i
             change = max(change, abs(new - work[place]))
             work[place] = new
         for j in range(3):
-            new, place = h * combined(column, L[j]), (STAGE + 4 + j) * ARC_NODES + i
+            new, place = h * combined(column, L[j]), (ArcRow.STAGE + 4 + j) * ARC_NODES + i
             change = max(change, abs(new - work[place]) * scale)
             work[place] = new
-        work[CHANGE * ARC_NODES + i] = change
+        work[ArcRow.CHANGE * ARC_NODES + i] = change
     change = 0.0
     for i in range(ARC_NODES):
-        change = max(change, work[CHANGE * ARC_NODES + i])
+        change = max(change, work[ArcRow.CHANGE * ARC_NODES + i])
     return change
 
 
@@ -548,11 +502,12 @@ def _advance(state, body, h, work):
         rest += more + fma(2.0 * q[j], q_low[j], lo)
     factor = -0.5 * (excess + rest)
     for j in range(4):
-        state[ATTITUDE + j], state[ATTITUDE_LOW + j] = two_sum(q[j], fma(q[j], factor, q_low[j]))
+        total, rest = two_sum(q[j], fma(q[j], factor, q_low[j]))
+        state[StepState.ATTITUDE + j], state[StepState.ATTITUDE_LOW + j] = total, rest
     gained = (
-        h * weighted(work, WEIGHTS, SLOPE + 4),
-        h * weighted(work, WEIGHTS, SLOPE + 5),
-        h * weighted(work, WEIGHTS, SLOPE + 6),
+        h * weighted(work, ArcRow.WEIGHT, ArcRow.SLOPE + 4),
+        h * weighted(work, ArcRow.WEIGHT, ArcRow.SLOPE + 5),
+        h * weighted(work, ArcRow.WEIGHT, ArcRow.SLOPE + 6),
     )
     _add_momentum(state, gained)
 
@@ -560,15 +515,16 @@ def _advance(state, body, h, work):
 @inlined
 def _end(state, j, h, work):
     """A component of the departure at the end of the arc, in two parts."""
-    total, rest = two_sum(state[ATTITUDE + j], h * weighted(work, WEIGHTS, SLOPE + j))
-    return two_sum(total, rest + state[ATTITUDE_LOW + j])
+    total, rest = two_sum(state[StepState.ATTITUDE + j], h * weighted(work, ArcRow.WEIGHT, ArcRow.SLOPE + j))
+    return two_sum(total, rest + state[StepState.ATTITUDE_LOW + j])
 
 
 @inlined
 def _add_momentum(state, change):
     for j in range(3):
-        total, rest = two_sum(state[MOMENTUM + j], change[j])
-        state[MOMENTUM + j], state[MOMENTUM_LOW + j] = two_sum(total, state[MOMENTUM_LOW + j] + rest)
+        total, rest = two_sum(state[StepState.MOMENTUM + j], change[j])
+        total, rest = two_sum(total, state[StepState.MOMENTUM_LOW + j] + rest)
+        state[StepState.MOMENTUM + j], state[StepState.MOMENTUM_LOW + j] = total, rest
 
 
 @routine

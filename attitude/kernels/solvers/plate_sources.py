@@ -3,72 +3,29 @@
 import math
 
 from ..intrinsics import fma, inlined, routine
-from ..layout import (
-    AIR_COUNT,
-    AIR_DEGREE,
-    AIR_FIRST,
-    AIR_POWERS,
-    AIR_SCALE,
-    AIR_START,
-    CONSTANT_INERTIAL,
-    DRAG_PLATE,
-    GRAVITY_GRADIENT,
-    SOLAR_PLATE,
-)
+from ..layout import AIR_DEGREE, AirPiece, DipoleRow, DragRow, EffectCode, EffectRow, NodeRow, SolarRow
 from ..rotation import rotated_back
-from ..vectors import add_scaled, cross, dot, scaled
-from .plate_layout import (
-    ABOUT,
-    ALONG,
-    ARC_NODES,
-    CENTRE,
-    CHANGE,
-    CONICAL,
-    DARK,
-    DIRECTION,
-    FORM_WIDTH,
-    MIRRORED,
-    NORMAL,
-    OUTER,
-    PARTIAL,
-    PLACE,
-    QUADRATIC,
-    RATE,
-    ROTATION,
-    ROWS_PER_SOURCE,
-    SCATTERED,
-    SCHEME_ROWS,
-    SHADOW,
-    SHADOW_RADIUS,
-    SOLAR_PRESSURE,
-    SPEED,
-    STRENGTH,
-    SUN,
-    SUN_RADIUS,
-    TIME,
-    TIME_LOW,
-    TORQUE,
-    TURNED,
-)
-from .torque import ASTRONOMICAL_UNIT, dipole_field, three
+from ..vectors import add_scaled, cross, dot, pair_at, scaled, three
+from .plate_layout import ARC_NODES, ArcRow, FormRow, Light, PlateFlag, PlateRow, ShadowModel, SourceRow
+from .torque import ASTRONOMICAL_UNIT, dipole_field
 
 
 @inlined
-def at(work, row, i):
+def three_at(work, row, i):
     """Three numbers of node i, from `row` on."""
     first = row * ARC_NODES + i
     return work[first], work[first + ARC_NODES], work[first + 2 * ARC_NODES]
 
 
 @inlined
-def four(work, row, i):
+def four_at(work, row, i):
     """Four numbers of node i, from `row` on."""
-    x, y, z = at(work, row + 1, i)
+    x, y, z = three_at(work, row + 1, i)
     return work[row * ARC_NODES + i], x, y, z
 
 
 @inlined
-def put(work, row, i, vector):
+def put_three(work, row, i, vector):
     """Write three numbers of node i."""
     first = row * ARC_NODES + i
     work[first], work[first + ARC_NODES], work[first + 2 * ARC_NODES] = vector
@@ -77,7 +34,7 @@ def put(work, row, i, vector):
 @inlined
 def source_row(k, row):
     """A row of source k."""
-    return SCHEME_ROWS + k * ROWS_PER_SOURCE + row
+    return ArcRow.SOURCES + k * SourceRow.ROWS + row
 
 
 @routine
@@ -89,32 +46,32 @@ def place_sources(sources, lights, air, work):
     """
     nodes = min(ARC_NODES, work.shape[0])
     for k in range(sources.shape[0]):
-        row, code = sources[k], sources[k, 0]
-        if code == GRAVITY_GRADIENT:
+        row, code = sources[k], sources[k, EffectRow.CODE]
+        if code == EffectCode.GRAVITY_GRADIENT:
             for i in range(nodes):
-                r = at(work, PLACE, i)
+                r = three_at(work, NodeRow.POSITION, i)
                 distance2 = dot(r, r)
                 inverse = 1.0 / math.sqrt(distance2)
-                _put_source(work, i, scaled(inverse, r), 3.0 * row[1] * inverse / distance2)
-        elif code == DRAG_PLATE:
-            turning, density, reference, height = three(row, 11), row[8], row[9], row[10]
+                _put_source(work, i, scaled(inverse, r), 3.0 * row[EffectRow.VALUE] * inverse / distance2)
+        elif code == EffectCode.DRAG_PLATE:
+            turning, density = three(row, DragRow.ROTATION), row[DragRow.DENSITY]
+            reference, height = row[DragRow.REFERENCE_RADIUS], row[DragRow.SCALE_HEIGHT]
             for i in range(nodes):
-                r = at(work, PLACE, i)
-                wind = add_scaled(at(work, SPEED, i), -1.0, cross(turning, r))
+                r = three_at(work, NodeRow.POSITION, i)
+                wind = add_scaled(three_at(work, NodeRow.VELOCITY, i), -1.0, cross(turning, r))
                 speed2 = dot(wind, wind)
                 direction = scaled(1.0 / math.sqrt(max(speed2, 1e-300)), wind)
                 _put_source(work, i, direction, (reference - math.sqrt(dot(r, r))) / height)
-                work[CHANGE * ARC_NODES + i] = -0.5 * density * speed2
-            if row[AIR_COUNT] > 0.0:
+                work[ArcRow.CHANGE * ARC_NODES + i] = -0.5 * density * speed2
+            if row[DragRow.AIR_COUNT] > 0.0:
                 _place_air(row, air, work, nodes)
             for i in range(nodes):
-                work[RATE * ARC_NODES + i] = work[CHANGE * ARC_NODES + i] * math.exp(
-                    work[RATE * ARC_NODES + i]
-                )
-        elif code == SOLAR_PLATE:
+                relative = math.exp(work[ArcRow.RATE * ARC_NODES + i])
+                work[ArcRow.RATE * ARC_NODES + i] = work[ArcRow.CHANGE * ARC_NODES + i] * relative
+        elif code == EffectCode.SOLAR_PLATE:
             _place_sun(row, lights[k], work, nodes)
-        elif code == CONSTANT_INERTIAL:
-            fixed = three(row, 1)
+        elif code == EffectCode.CONSTANT_INERTIAL:
+            fixed = three(row, EffectRow.VALUE)
             size = math.sqrt(dot(fixed, fixed))
             direction = scaled(1.0 / max(size, 1e-300), fixed)
             for i in range(nodes):
@@ -127,10 +84,10 @@ def place_sources(sources, lights, air, work):
 @inlined
 def _place_air(row, air, work, nodes):
     """Logarithm of the density at the nodes."""
-    first, count = int(row[AIR_FIRST]), int(row[AIR_COUNT])
+    first, count = int(row[DragRow.AIR_FIRST]), int(row[DragRow.AIR_COUNT])
     for i in range(nodes):
-        now, now_low = work[TIME * ARC_NODES + i], work[TIME_LOW * ARC_NODES + i]
-        work[RATE * ARC_NODES + i] = log_density(air, first, count, now, now_low)
+        now, now_low = work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i]
+        work[ArcRow.RATE * ARC_NODES + i] = log_density(air, first, count, now, now_low)
 
 
 @routine
@@ -139,14 +96,14 @@ def log_density(air, first, count, t, t_low):
     low, high = first, first + count
     while high - low > 1:
         middle = (low + high) // 2
-        if air[middle, AIR_START] <= t:
+        if air[middle, AirPiece.START] <= t:
             low = middle
         else:
             high = middle
-    x = fma((t - air[low, AIR_START]) + t_low, air[low, AIR_SCALE], -1.0)
-    value = air[low, AIR_POWERS + AIR_DEGREE]
+    x = fma((t - air[low, AirPiece.START]) + t_low, air[low, AirPiece.SCALE], -1.0)
+    value = air[low, AirPiece.POWERS + AIR_DEGREE]
     for power in range(AIR_DEGREE - 1, -1, -1):
-        value = fma(value, x, air[low, AIR_POWERS + power])
+        value = fma(value, x, air[low, AirPiece.POWERS + power])
     return value
 
 
@@ -154,41 +111,45 @@ def log_density(air, first, count, t, t_low):
 def _keep_source(k, work, nodes):
     """Copy direction and strength, and the direction before the departure."""
     for i in range(nodes):
-        put(work, TORQUE, i, rotated_back(four(work, ABOUT, i), at(work, OUTER, i)))
-    target = source_row(k, DIRECTION) * ARC_NODES
-    for i in range(4 * ARC_NODES):  # OUTER and, after it, RATE
-        work[target + i] = work[OUTER * ARC_NODES + i]
-    target = source_row(k, TURNED) * ARC_NODES
+        direction = rotated_back(four_at(work, ArcRow.PRECESSION, i), three_at(work, ArcRow.GAIN, i))
+        put_three(work, ArcRow.TORQUE, i, direction)
+    target = source_row(k, SourceRow.DIRECTION) * ARC_NODES
+    for i in range(4 * ARC_NODES):  # GAIN and, after it, RATE
+        work[target + i] = work[ArcRow.GAIN * ARC_NODES + i]
+    target = source_row(k, SourceRow.TURNED) * ARC_NODES
     for i in range(3 * ARC_NODES):
-        work[target + i] = work[TORQUE * ARC_NODES + i]
+        work[target + i] = work[ArcRow.TORQUE * ARC_NODES + i]
 
 
 @inlined
 def _put_source(work, i, direction, strength):
-    put(work, OUTER, i, direction)
-    work[RATE * ARC_NODES + i] = strength
+    put_three(work, ArcRow.GAIN, i, direction)
+    work[ArcRow.RATE * ARC_NODES + i] = strength
 
 
 @inlined
 def _place_sun(row, light, work, nodes):
-    strength = 0.0 if light == DARK else -row[SOLAR_PRESSURE] * (ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT)
+    pressure = 0.0 if light == Light.DARK else row[SolarRow.PRESSURE]
+    strength = -pressure * (ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT)
     for i in range(nodes):
-        to_sun = add_scaled(at(work, SUN, i), -1.0, at(work, PLACE, i))
+        to_sun = add_scaled(three_at(work, NodeRow.SUN, i), -1.0, three_at(work, NodeRow.POSITION, i))
         distance2 = dot(to_sun, to_sun)
         _put_source(work, i, scaled(1.0 / math.sqrt(distance2), to_sun), strength / distance2)
-    if light == PARTIAL and row[SHADOW] == CONICAL:
+    if light == Light.PARTIAL and row[SolarRow.SHADOW] == ShadowModel.CONICAL:
+        radii = row[SolarRow.SHADOW_RADIUS], row[SolarRow.SUN_RADIUS]
         for i in range(nodes):
-            fraction = lit_fraction(at(work, PLACE, i), at(work, SUN, i), row[SHADOW_RADIUS], row[SUN_RADIUS])
-            work[RATE * ARC_NODES + i] *= fraction
+            r, sun = three_at(work, NodeRow.POSITION, i), three_at(work, NodeRow.SUN, i)
+            work[ArcRow.RATE * ARC_NODES + i] *= lit_fraction(r, sun, *radii)
 
 
 @inlined
 def _place_field(row, work, nodes):
     """The field of a dipole fixed in the turning central body: `torque.dipole_field`."""
-    axis, pace = (three(row, 5), three(row, 8), three(row, 11)), (row[14], row[15])
+    fixed, cosines = three(row, DipoleRow.AXIS), three(row, DipoleRow.AXIS_COSINE)
+    axis, pace = (fixed, cosines, three(row, DipoleRow.AXIS_SINE)), pair_at(row, DipoleRow.TURN_RATE)
     for i in range(nodes):
-        t = work[TIME * ARC_NODES + i], work[TIME_LOW * ARC_NODES + i]
-        field = dipole_field(row[4], axis, pace, t, at(work, PLACE, i))
+        t = work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i]
+        field = dipole_field(row[DipoleRow.STRENGTH], axis, pace, t, three_at(work, NodeRow.POSITION, i))
         size = math.sqrt(dot(field, field))
         _put_source(work, i, scaled(1.0 / max(size, 1e-300), field), size)
 
@@ -235,23 +196,24 @@ def add_torques(forms, work):
     for k in range(forms.shape[0]):
         form = forms[k]
         K1, K2, K3 = three(form, 0), three(form, 3), three(form, 6)
-        Q1, Q2, Q3 = _six(form, QUADRATIC), _six(form, QUADRATIC + 6), _six(form, QUADRATIC + 12)
-        first = source_row(k, 0)
+        q = FormRow.QUADRATIC
+        Q1, Q2, Q3 = _six(form, q), _six(form, q + 6), _six(form, q + 12)
+        turned, strengths = source_row(k, SourceRow.TURNED), source_row(k, SourceRow.STRENGTH) * ARC_NODES
         for i in range(ARC_NODES):
-            d, strength = seen(work, first + TURNED, i), work[(first + STRENGTH) * ARC_NODES + i]
-            torque = at(work, TORQUE, i)
+            d, strength = seen(work, turned, i), work[strengths + i]
+            torque = three_at(work, ArcRow.TORQUE, i)
             torque = (
                 fma(strength, _form(K1, Q1, d), torque[0]),
                 fma(strength, _form(K2, Q2, d), torque[1]),
                 fma(strength, _form(K3, Q3, d), torque[2]),
             )
-            put(work, TORQUE, i, torque)
+            put_three(work, ArcRow.TORQUE, i, torque)
 
 
 @inlined
 def seen(work, turned, i):
     """The direction that the body sees at node i."""
-    d = at(work, turned, i)
+    d = three_at(work, turned, i)
     return _along(work, 0, i, d), _along(work, 1, i, d), _along(work, 2, i, d)
 
 
@@ -263,7 +225,7 @@ def _six(form, first):
 @inlined
 def _along(work, column, i, d):
     """Component along a body axis: a column of the rotation's matrix."""
-    first = (ROTATION + column) * ARC_NODES + i
+    first = (ArcRow.ROTATION + column) * ARC_NODES + i
     z = fma(work[first], d[0], work[first + 3 * ARC_NODES] * d[1])
     return fma(work[first + 6 * ARC_NODES], d[2], z)
 
@@ -279,21 +241,21 @@ def _form(K, Q, d):
 @routine
 def add_plate(form, plate, sign):
     """Add the torque of a plate to the form of its source, or take it away (sign -1)."""
-    n, c = three(plate, NORMAL), three(plate, CENTRE)
+    n, c = three(plate, PlateRow.NORMAL), three(plate, PlateRow.CENTRE)
     arm = cross(c, n)
     # c x d, row by row
     rows = (0.0, -c[2], c[1]), (c[2], 0.0, -c[0]), (-c[1], c[0], 0.0)
     for j in range(3):
         for i in range(3):
-            form[3 * j + i] += sign * plate[SCATTERED] * arm[j] * n[i]
-        add_product(form, j, n, rows[j], sign * plate[ALONG])
-        add_product(form, j, n, n, sign * plate[MIRRORED] * arm[j])
+            form[3 * j + i] += sign * plate[PlateRow.SCATTERED] * arm[j] * n[i]
+        add_product(form, j, n, rows[j], sign * plate[PlateRow.ALONG])
+        add_product(form, j, n, n, sign * plate[PlateRow.MIRRORED] * arm[j])
 
 
 @routine
 def add_product(form, j, u, v, factor):
     """Add factor (u . d) (v . d) to component j of a form."""
-    first = QUADRATIC + 6 * j
+    first = FormRow.QUADRATIC + 6 * j
     form[first] += factor * (u[0] * v[0])
     form[first + 1] += factor * (u[1] * v[1])
     form[first + 2] += factor * (u[2] * v[2])
@@ -306,8 +268,8 @@ def add_product(form, j, u, v, factor):
 def sum_forms(base, plates, flags, forms):
     """The forms of the sources: what they always have, and their lit plates."""
     for k in range(forms.shape[0]):
-        for j in range(FORM_WIDTH):
+        for j in range(FormRow.WIDTH):
             forms[k, j] = base[k, j]
     for p in range(plates.shape[0]):
-        if flags[p, 0] > 0.0:
-            add_plate(forms[int(plates[p, 0])], plates[p], 1.0)
+        if flags[p, PlateFlag.LIT] > 0.0:
+            add_plate(forms[int(plates[p, PlateRow.SOURCE])], plates[p], 1.0)

@@ -13,47 +13,13 @@ from numba import types
 from numba.extending import intrinsic
 
 from ..intrinsics import bits_of, fma, inlined, routine
-from ..layout import (
-    CONSTANT_BODY,
-    CONSTANT_INERTIAL,
-    COSINE,
-    DIRECTION,
-    EDDIES,
-    GRAVITY_GRADIENT,
-    INVERSES,
-    KNOWN,
-    KNOWN_ROWS,
-    MAGNETIC,
-    MOMENT,
-    MOMENTS,
-    NODES,
-    PLACE,
-    ROTORS,
-    SINE,
-    SPIN_COSINE,
-    SPIN_SINE,
-    SPUN,
-    STAGE,
-    STRENGTH,
-    TIME,
-    TIME_LOW,
-    TO_AXES,
-    TORQUE,
-    TURNED,
-    USER,
-)
+from ..layout import NODES, ROWS_PER_EFFECT, BodyRow, DipoleRow, EffectCode, EffectRow, NodeRow, StepRow
 from ..phase import phase, sine_cosine
 from ..rotation import product, rotated, rotated_back
-from ..vectors import add_scaled, cross, dot, scaled
+from ..vectors import add_scaled, cross, dot, four, pair_at, scaled, three
 from .node_vectors import copied_known
 
 ASTRONOMICAL_UNIT = 149597870700.0
-
-
-@inlined
-def three(row, first):
-    """Three numbers of a row, from `first` on."""
-    return row[first], row[first + 1], row[first + 2]
 
 
 @inlined
@@ -93,7 +59,7 @@ def turned_by(cosine, sine, v):
 @inlined
 def departed(work, i, start):
     """The departure of the attitude at node i."""
-    stage = four_at(work, STAGE, i)
+    stage = four_at(work, StepRow.STAGE, i)
     return start[0] + stage[0], start[1] + stage[1], start[2] + stage[2], start[3] + stage[3]
 
 
@@ -108,33 +74,35 @@ def known_beforehand(effects, frame, work):
     """
     for k in range(effects.shape[0]):
         row = effects[k]
-        code = row[0]
-        if code == GRAVITY_GRADIENT:
+        code = row[EffectRow.CODE]
+        if code == EffectCode.GRAVITY_GRADIENT:
             for i in range(NODES):
-                r = three_at(work, PLACE, i)
+                r = three_at(work, NodeRow.POSITION, i)
                 distance2 = dot(r, r)
                 inverse = 1.0 / math.sqrt(distance2)
-                _know(work, i, scaled(inverse, r), 3.0 * row[1] * inverse / distance2)
-        elif code == CONSTANT_INERTIAL:
-            fixed = rotated_back(frame, three(row, 1))
+                _know(work, i, scaled(inverse, r), 3.0 * row[EffectRow.VALUE] * inverse / distance2)
+        elif code == EffectCode.CONSTANT_INERTIAL:
+            fixed = rotated_back(frame, three(row, EffectRow.VALUE))
             for i in range(NODES):
                 _know(work, i, fixed, 1.0)
-        elif code == MAGNETIC:
-            still, cosines = rotated_back(frame, three(row, 5)), rotated_back(frame, three(row, 8))
-            axis = still, cosines, rotated_back(frame, three(row, 11))
-            strength, pace = row[4], (row[14], row[15])
+        elif code == EffectCode.MAGNETIC:
+            fixed = rotated_back(frame, three(row, DipoleRow.AXIS))
+            cosines = rotated_back(frame, three(row, DipoleRow.AXIS_COSINE))
+            axis = fixed, cosines, rotated_back(frame, three(row, DipoleRow.AXIS_SINE))
+            strength, pace = row[DipoleRow.STRENGTH], pair_at(row, DipoleRow.TURN_RATE)
             for i in range(NODES):
-                t = work[TIME * NODES + i], work[TIME_LOW * NODES + i]
-                _know(work, i, dipole_field(strength, axis, pace, t, three_at(work, PLACE, i)), 1.0)
-        copied_known(work, DIRECTION * NODES, (KNOWN + KNOWN_ROWS * k) * NODES)
+                t = work[NodeRow.TIME * NODES + i], work[NodeRow.TIME_LOW * NODES + i]
+                field = dipole_field(strength, axis, pace, t, three_at(work, NodeRow.POSITION, i))
+                _know(work, i, field, 1.0)
+        copied_known(work, StepRow.DIRECTION * NODES, (StepRow.EFFECTS + ROWS_PER_EFFECT * k) * NODES)
 
 
 @inlined
 def _know(work, i, direction, strength):
     """Keep a direction, turned with the step about the momentum, and a strength."""
-    cosine, sine = work[COSINE * NODES + i], work[SINE * NODES + i]
-    put_three(work, DIRECTION, i, turned_by(cosine, -sine, direction))
-    work[STRENGTH * NODES + i] = strength
+    cosine, sine = work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i]
+    put_three(work, StepRow.DIRECTION, i, turned_by(cosine, -sine, direction))
+    work[StepRow.STRENGTH * NODES + i] = strength
 
 
 @inlined
@@ -160,7 +128,7 @@ def asks_for_rates(effects):
     """Whether a torque depends on the rate of the body."""
     asks = False
     for k in range(effects.shape[0]):
-        asks |= effects[k, 0] == USER
+        asks |= effects[k, EffectRow.CODE] == EffectCode.USER
     return asks
 
 
@@ -173,56 +141,57 @@ def torques(effects, body, start, frame, work):
     start : the departure at the start of the step; frame : as in `known_beforehand`
     """
     for i in range(NODES):
-        put_three(work, TORQUE, i, (0.0, 0.0, 0.0))
+        put_three(work, StepRow.TORQUE, i, (0.0, 0.0, 0.0))
     for k in range(effects.shape[0]):
         row = effects[k]
-        code = row[0]
-        copied_known(work, (KNOWN + KNOWN_ROWS * k) * NODES, DIRECTION * NODES)
-        if code == GRAVITY_GRADIENT:
-            moments = three(body, MOMENTS)
+        code = row[EffectRow.CODE]
+        copied_known(work, (StepRow.EFFECTS + ROWS_PER_EFFECT * k) * NODES, StepRow.DIRECTION * NODES)
+        if code == EffectCode.GRAVITY_GRADIENT:
+            moments = three(body, BodyRow.MOMENTS)
             for i in range(NODES):
-                _add(work, i, gravity_gradient(work[STRENGTH * NODES + i], moments, _seen(work, i, start)))
-        elif code == CONSTANT_BODY:
-            fixed = three(row, 1)
+                strength = work[StepRow.STRENGTH * NODES + i]
+                _add(work, i, gravity_gradient(strength, moments, _seen(work, i, start)))
+        elif code == EffectCode.CONSTANT_BODY:
+            fixed = three(row, EffectRow.VALUE)
             for i in range(NODES):
                 _add(work, i, fixed)
-        elif code == CONSTANT_INERTIAL:
+        elif code == EffectCode.CONSTANT_INERTIAL:
             for i in range(NODES):
                 _add(work, i, _seen(work, i, start))
-        elif code == MAGNETIC:
-            own = three(row, 1)
+        elif code == EffectCode.MAGNETIC:
+            own = three(row, DipoleRow.DIPOLE)
             for i in range(NODES):
                 _add(work, i, cross(own, _seen(work, i, start)))
-        elif code == USER:
-            constants, address = (three(body, INVERSES), three(body, ROTORS)), row[1]
-            to_axes = body[TO_AXES], body[TO_AXES + 1], body[TO_AXES + 2], body[TO_AXES + 3]
+        elif code == EffectCode.USER:
+            inverses, rotors = three(body, BodyRow.INVERSES), three(body, BodyRow.ROTORS)
+            address, to_axes = row[EffectRow.VALUE], four(body, BodyRow.TO_AXES)
             for i in range(NODES):
-                rate = rate_of(constants[0], constants[1], three_at(work, MOMENT, i))
-                t = work[TIME * NODES + i] + work[TIME_LOW * NODES + i]
+                rate = rate_of(inverses, rotors, three_at(work, StepRow.MOMENTUM, i))
+                t = work[NodeRow.TIME * NODES + i] + work[NodeRow.TIME_LOW * NODES + i]
                 _add(work, i, users(address, to_axes, t, attitude_at(work, i, start, frame), rate))
 
 
 @inlined
 def _seen(work, i, start):
     """The direction along the body's axes at node i."""
-    v = rotated_back(departed(work, i, start), three_at(work, DIRECTION, i))
-    return turned_by(work[SPIN_COSINE * NODES + i], -work[SPIN_SINE * NODES + i], v)
+    v = rotated_back(departed(work, i, start), three_at(work, StepRow.DIRECTION, i))
+    return turned_by(work[StepRow.SPIN_COSINE * NODES + i], -work[StepRow.SPIN_SINE * NODES + i], v)
 
 
 @inlined
 def attitude_at(work, i, start, frame):
     """The whole attitude at node i."""
-    sine, cosine = sine_cosine(0.5 * work[TURNED * NODES + i], 0.0)
+    sine, cosine = sine_cosine(0.5 * work[StepRow.PRECESSION * NODES + i], 0.0)
     q = product(product(frame, (cosine, 0.0, 0.0, sine)), departed(work, i, start))
-    sine, cosine = sine_cosine(0.5 * work[SPUN * NODES + i], 0.0)
+    sine, cosine = sine_cosine(0.5 * work[StepRow.SPIN * NODES + i], 0.0)
     return product(q, (cosine, 0.0, 0.0, sine))
 
 
 @inlined
 def _add(work, i, vector):
-    work[TORQUE * NODES + i] += vector[0]
-    work[(TORQUE + 1) * NODES + i] += vector[1]
-    work[(TORQUE + 2) * NODES + i] += vector[2]
+    work[StepRow.TORQUE * NODES + i] += vector[0]
+    work[(StepRow.TORQUE + 1) * NODES + i] += vector[1]
+    work[(StepRow.TORQUE + 2) * NODES + i] += vector[2]
 
 
 @inlined
@@ -279,7 +248,7 @@ def rate_of(inverses, rotors, m):
 @inlined
 def eddies_of(body):
     """C, row by row."""
-    return three(body, EDDIES), three(body, EDDIES + 3), three(body, EDDIES + 6)
+    return three(body, BodyRow.EDDIES), three(body, BodyRow.EDDIES + 3), three(body, BodyRow.EDDIES + 6)
 
 
 @inlined

@@ -1,5 +1,7 @@
 """States of bodies drawn about a nominal state, each from random words of its own."""
 
+from enum import IntEnum
+
 from numpy import uint64
 
 from ..intrinsics import kernel, routine
@@ -9,16 +11,21 @@ from .normal import normal
 from .philox import four_words
 
 COUNTERS = uint64(WORDS_PER_BODY // 4)  # of a body
-MOMENTS, RATE, ATTITUDE = uint64(0), uint64(1), uint64(2)  # offsets of a body's counters
+
+
+class Counter(IntEnum):
+    """Which of a body's counters a quantity is drawn from."""
+
+    MOMENTS, RATE, ATTITUDE = range(3)
 
 
 @routine
-def three_deviates(body, attempt, offset, key_0, key_1):
-    """Draw normal deviates of the first three words of one of a body's counters, of this attempt.
+def three_deviates(body, attempt, quantity, key_0, key_1):
+    """Draw normal deviates of the first three words of a quantity's counter, of this attempt.
 
     As in numpy's generator, the counter is incremented before it is encrypted.
     """
-    counter = uint64(body) * COUNTERS + offset + uint64(1)
+    counter = uint64(body) * COUNTERS + uint64(quantity) + uint64(1)
     words = four_words((counter, uint64(0), uint64(0), uint64(attempt)), key_0, key_1)
     return normal(words[0]), normal(words[1]), normal(words[2])
 
@@ -34,7 +41,7 @@ def is_physical(m):
 def draw_moments(nominal, spread, body, key_0, key_1, out):
     """Draw moments until they are physical; returns the number of attempts, zero if all have failed."""
     for attempt in range(MAX_DRAWS):
-        n = three_deviates(body, attempt, MOMENTS, key_0, key_1)
+        n = three_deviates(body, attempt, Counter.MOMENTS, key_0, key_1)
         m = (
             nominal[0] * (1.0 + spread[0] * n[0]),
             nominal[1] * (1.0 + spread[1] * n[1]),
@@ -64,11 +71,11 @@ def draw(key, first, nominal, spread, moments, rates, attitudes, attempts):
     for i in range(moments.shape[0]):
         attempts[i] = draw_moments(nominal[0:3], spread[0:3], first + i, key_0, key_1, moments[i])
     for i in range(rates.shape[0]):
-        n = three_deviates(first + i, 0, RATE, key_0, key_1)
+        n = three_deviates(first + i, 0, Counter.RATE, key_0, key_1)
         for j in range(3):
             rates[i, j] = nominal[3 + j] + spread[3 + j] * n[j]
     for i in range(attitudes.shape[0]):
-        n = three_deviates(first + i, 0, ATTITUDE, key_0, key_1)
+        n = three_deviates(first + i, 0, Counter.ATTITUDE, key_0, key_1)
         turn = about((spread[6] * n[0], spread[7] * n[1], spread[8] * n[2]), 1.0)
         turned = product(q, turn)
         for j in range(4):
