@@ -49,9 +49,10 @@ def about(module, name, t):
     """Directions, places and axes of the orbit as the page reads them, at a time."""
     ask = f"""await (async () => {{
         const text = await (await fetch('/v1/scenes/{name}')).text();
-        const {{ about }} = await m.answersTo(text, []);
-        const named = ['sun', 'earth', 'velocity'].map((name) => [name, about.direction(name, given)]);
-        return {{ ...Object.fromEntries(named), place: about.place(given), axes: about.axes(given) }};
+        const {{ surroundings }} = await m.answersForDocument(text, []);
+        const named = ['sun', 'earth', 'velocity'].map((name) => [name, surroundings.direction(name, given)]);
+        const [place, axes] = [surroundings.position(given), surroundings.axes(given)];
+        return {{ ...Object.fromEntries(named), place, axes }};
     }})()"""
     return {key: np.array(value) for key, value in module("answers/scene.js", ask, t).items()}
 
@@ -168,8 +169,8 @@ def test_scene_is_simulated_once_for_all_that_is_shown(name, visit, module):
     assert sum("/v1/ephemeris" in url for url in visit.asked) == 1
     ask = f"""await (async () => {{
         const text = await (await fetch('/v1/scenes/{name}')).text();
-        const {{ course }} = await m.answersTo(text, []);
-        return [course.ownMomentum, course.place !== null];
+        const {{ ephemeris }} = await m.answersForDocument(text, []);
+        return [ephemeris.hasMomentumColumns, ephemeris.position !== null];
     }})()"""
     data = Scene.builtin(name).run()
     held = [data.momentum is not None, data.centre_of_mass is not None]

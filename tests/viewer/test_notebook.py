@@ -43,7 +43,7 @@ def test_file_shows_the_scene_and_fetches_nothing(page, tmp_path):
     assert np.allclose(values(page, 0), data.quaternion("wxyz")[-1], atol=1e-4)
     for hidden in (".ask", "section.windows", ".downloads", ".cost", "#quantity-form", ".top a"):
         assert not page.locator(hidden).first.is_visible(), hidden
-    page.get_by_text("Licences of what").click()
+    page.get_by_text("Licences of the libraries").click()
     assert "Permission is hereby granted" in page.inner_text("footer pre")
 
 

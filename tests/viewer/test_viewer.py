@@ -135,7 +135,7 @@ def test_play_goes_on_until_paused(visit):
 def test_samples_turns_apart_are_not_joined_and_can_be_looked_at_closer(visit):
     page = visit.open("explorer-1")
     whole = visit.document()
-    assert visit.text("#between").startswith("Up to 37.5 turns from one sample to the next")
+    assert visit.text("#between").startswith("Up to 37.5 turns between neighbouring samples")
     page.locator("#time").focus()
     page.keyboard.press("Shift+ArrowRight")
     page.click("#closer")
@@ -419,8 +419,8 @@ def test_colours_follow_the_system_until_chosen(visit_as, scheme, bright):
 
 def test_without_webgl_the_page_says_so_and_shows_the_rest(visit):
     page = visit.open()
-    assert "WebGL is absent" in visit.text("#body-view")
-    assert "WebGL is absent" in visit.text("#polhode-view")
+    assert "offers no WebGL" in visit.text("#body-view")
+    assert "offers no WebGL" in visit.text("#polhode-view")
     page.locator("#time").focus()
     page.keyboard.press("End")
     assert seconds(page) == 40 * 86400
@@ -465,10 +465,10 @@ def test_drawn_momentum_and_energy_are_the_librarys(module):
     ephemeris = Scene.builtin("drop").run()
     answer = httpx_answer(module, "drop")
     course = module(
-        "answers/course.js",
+        "answers/ephemeris.js",
         """(c => ({
             momentum: c.momentum.map((x) => [...x]), energy: [...c.energy], between: c.at(given.t).quaternion
-        }))(new m.Course(given.answer))""",
+        }))(new m.Ephemeris(given.answer))""",
         {"answer": answer, "t": 0.005},
     )
     assert np.allclose(np.transpose(course["momentum"]), ephemeris.angular_momentum, atol=1e-12)

@@ -1,4 +1,4 @@
-// Elements by name, and made.
+// Access to elements, and their creation.
 
 export const byId = (id) => document.getElementById(id);
 
@@ -19,7 +19,7 @@ function fill(element, attributes, children) {
   return element;
 }
 
-/** What the style sheet says of a name such as "--ink". */
+/** The value of a custom property of the style sheet, such as "--ink". */
 export function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }

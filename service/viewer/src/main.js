@@ -1,13 +1,12 @@
-// Wiring: the document is asked about, and what comes back goes to every part of the page.
+// Entry point: requests the answers about the document and passes them to every part of the page.
 
 import * as api from "./answers/api.js";
 import { columnsOf } from "./answers/columns.js";
-import { answersAbout, answersTo, answersWithin } from "./answers/scene.js";
-import { columnsAbout } from "./answers/surroundings.js";
+import { answersForFile, answersForDocument, answersInPage } from "./answers/scene.js";
 import { Editor } from "./document/editor.js";
 import { Form } from "./document/form.js";
 import { tidy, withMember } from "./document/json_text.js";
-import { keepDocument, keptDocument, packed, unpacked } from "./document/link.js";
+import { storeDocument, storedDocument, encodeDocument, decodeDocument } from "./document/link.js";
 import { byId, make } from "./dom.js";
 import { duration, figure } from "./numbers.js";
 import { BodyView } from "./pictures/body_view.js";
@@ -25,36 +24,36 @@ import { Readouts } from "./sections/readouts.js";
 import { installTheme } from "./sections/theme.js";
 import { WindowsSection } from "./sections/windows.js";
 
-const FIRST = "dzhanibekov";
-const CLOSER_TURN = 0.15; // rad from sample to sample, looked at closely
-const CLOSER_SAMPLES = 1500;
+const DEFAULT_SCENE = "dzhanibekov";
+const CLOSE_TURN = 0.15; // rad between samples of the closer view
+const CLOSE_SAMPLES = 1500;
 
-// `shown` is of answers/scene.js, `reference` one of before; `whole` the document that was looked at closer.
-const state = { shipped: "", shown: null, reference: null, running: null, whole: null, model: null };
+// `shown`: answers of answers/scene.js; `reference`: earlier ones; `whole`: the document before a closer view.
+const state = { original: "", shown: null, reference: null, running: null, whole: null, model: null };
 const views = { body: viewIn("body-view", BodyView), polhode: viewIn("polhode-view", PolhodeView) };
 const player = new Player(showTime);
 const plots = new Plots(byId("plots"), (time) => player.seek(time), (column) => quantities.remove(column));
-const quantities = new Quantities(() => showChosen().catch(fail));
+const quantities = new Quantities(() => showChosen().catch(showError));
 const windows = new WindowsSection(shadeWindows, (time) => player.seek(time));
 const readouts = new Readouts(byId("readouts"));
 const controls = new PictureControls((change) => redraw(change));
 const editor = new Editor({ onRun: run, onChange: edited, onText: () => form.show(editor.text), schema: () => api.get("openapi.json") });
 const form = new Form((pointers, value) => editor.put(pointers, value), run);
 
-/** A view in 3D; in words where the browser has no WebGL. */
+/** A 3D view; a message and null where the browser has no WebGL. */
 function viewIn(id, View) {
   try {
     if (document.createElement("canvas").getContext("webgl2")) return new View(byId(id));
   } catch {
-    // a context that was promised and is not given
+    // WebGL is announced, but no context can be created
   }
-  const said = "This browser shows no 3D here (WebGL is absent or switched off). Plots, figures and files are all there.";
-  byId(id).replaceChildren(make("p", { class: "no-3d" }, said));
+  const message = "This browser offers no WebGL, which the 3D views need. Plots, figures and files are available.";
+  byId(id).replaceChildren(make("p", { class: "no-3d" }, message));
   return null;
 }
 
 function showTime(time) {
-  for (const part of [views.body, state.shown.course.bodyKnown ? views.polhode : null, plots]) part?.at(time);
+  for (const part of [views.body, state.shown.ephemeris.bodyKnown ? views.polhode : null, plots]) part?.at(time);
   readouts.at(time);
 }
 
@@ -68,22 +67,22 @@ function start() {
   return begin();
 }
 
-/** What needs the service; again, when it has been given its token. */
+/** Loads what comes from the service; called again once the user has entered a token. */
 async function begin() {
   try {
     await Promise.all([offerScenes(), offerDownloads(byId("downloads"), () => editor.text), showVersion()]);
     await open();
   } catch (error) {
-    fail(error);
+    showError(error);
   }
 }
 
-/** A page that brought its answers with it has no service to ask. */
+/** Shows the answers embedded in a page that has no service. */
 function showWithin(answers) {
   document.documentElement.dataset.standsAlone = "";
   quantities.names = answers.chosen;
-  show(answersWithin(answers));
-  say("");
+  show(answersInPage(answers));
+  setStatus("");
 }
 
 async function offerScenes() {
@@ -96,49 +95,49 @@ async function showVersion() {
   byId("version").textContent = attitude;
 }
 
-/** What the address names or carries; else what was edited at the last visit; else the first scene. */
+/** Opens the scene or document of the URL, else the document edited last, else the default scene. */
 async function open() {
   const hash = location.hash.slice(1);
-  const carried = (await unpacked(hash)) ?? (hash ? null : keptDocument());
+  const linked = (await decodeDocument(hash)) ?? (hash ? null : storedDocument());
   const names = [...byId("scene").options].map((option) => option.value);
-  if (carried === null) return choose([decodeURIComponent(hash), FIRST, names[0]].find((name) => names.includes(name)));
+  if (linked === null) return choose([decodeURIComponent(hash), DEFAULT_SCENE, names[0]].find((name) => names.includes(name)));
   byId("scene").value = "";
-  state.shipped = carried;
-  editor.text = carried;
+  state.original = linked;
+  editor.text = linked;
   return run();
 }
 
 async function choose(name) {
   byId("scene").value = name;
   history.replaceState(null, "", `#${name}`);
-  state.shipped = tidy(await api.text(`v1/scenes/${name}`));
+  state.original = tidy(await api.text(`v1/scenes/${name}`));
   state.whole = null;
-  editor.text = state.shipped;
-  keepDocument(null);
+  editor.text = state.original;
+  storeDocument(null);
   await run();
 }
 
-/** Somebody has typed: the address and the browser keep the document as it stands. */
+/** Stores the edited document in the URL and in the browser. */
 function edited() {
   state.whole = null;
-  clearTimeout(state.keeping);
-  state.keeping = setTimeout(keep, 400);
+  clearTimeout(state.storing);
+  state.storing = setTimeout(store, 400);
 }
 
-async function keep() {
+async function store() {
   const { text } = editor;
-  keepDocument(text);
-  history.replaceState(null, "", `#${await packed(text)}`);
+  storeDocument(text);
+  history.replaceState(null, "", `#${await encodeDocument(text)}`);
 }
 
 async function copyLink() {
-  const address = new URL(`#${await packed(editor.text)}`, location.href);
+  const address = new URL(`#${await encodeDocument(editor.text)}`, location.href);
   history.replaceState(null, "", address);
   try {
     await navigator.clipboard.writeText(address.href);
-    say("The link is in the clipboard; it carries the document.");
+    setStatus("The link is in the clipboard; it contains the document.");
   } catch {
-    say("The link is in the address bar; it carries the document.");
+    setStatus("The link is in the address bar; it contains the document.");
   }
 }
 
@@ -148,28 +147,28 @@ async function run() {
   state.running?.abort();
   const running = new AbortController();
   state.running = running;
-  editor.forgive();
-  say("Computing");
+  editor.clearError();
+  setStatus("Computing");
   try {
     const { text } = editor;
-    show(await answersTo(text, quantities.columns(isUncertain(text)), running.signal));
-    say("");
+    show(await answersForDocument(text, quantities.columns(isUncertain(text)), running.signal));
+    setStatus("");
   } catch (error) {
-    if (error.name !== "AbortError") fail(error);
+    if (error.name !== "AbortError") showError(error);
   }
 }
 
 const isUncertain = (text) => /"uncertainty"\s*:/.test(text ?? "");
 
-/** Attitudes of a file in any format that the library reads, or a model of the body. */
+/** Opens a file of attitudes in any format that the library reads, or a model of the body. */
 async function openFile(file) {
   if (/\.gl(b|tf)$/i.test(file.name)) return openModel(file);
-  say("Computing");
+  setStatus("Computing");
   try {
-    show(await answersAbout(file));
-    say("");
+    show(await answersForFile(file));
+    setStatus("");
   } catch (error) {
-    fail(error);
+    showError(error);
   }
 }
 
@@ -178,44 +177,44 @@ async function openModel(file) {
     state.model = await modelSolid(file);
     controls.wanted.solid = "model";
     showPicture();
-    say("");
+    setStatus("");
   } catch (error) {
-    say(`Refused: ${file.name}: ${error.message}`, "bad");
+    setStatus(`Refused: ${file.name}: ${error.message}`, "bad");
   }
 }
 
-function fail(error) {
-  const known = error instanceof api.Refusal;
-  if (!known) console.error(error);
-  say(known ? `Refused: ${error.message}` : "The page could not show this answer.", "bad");
-  if (known && error.status === 401) byId("token-form").hidden = false;
-  else if (known && (error.pointer !== undefined || error.line)) editor.refuse(error);
+function showError(error) {
+  const isRefusal = error instanceof api.Refusal;
+  if (!isRefusal) console.error(error);
+  setStatus(isRefusal ? `Refused: ${error.message}` : "The page could not show this answer.", "bad");
+  if (isRefusal && error.status === 401) byId("token-form").hidden = false;
+  else if (isRefusal && (error.pointer !== undefined || error.line)) editor.showError(error);
 }
 
-function say(text, kind = "") {
+function setStatus(text, kind = "") {
   byId("status").textContent = text;
   byId("status").className = kind;
   byId("stage").setAttribute("aria-busy", String(text === "Computing"));
 }
 
 function show(shown) {
-  const { course, document, plan, motion } = shown;
+  const { ephemeris, document, plan, motion } = shown;
   state.shown = shown;
-  byId("stage-title").textContent = course.name || "Scene";
+  byId("stage-title").textContent = ephemeris.name || "Scene";
   byId("description").textContent = document.description ?? "";
-  byId("polhode-figure").hidden = !course.bodyKnown;
-  const turns = (effect) => effect.simulated && effect.acts_on !== "translation";
-  readouts.show(course, motion, Boolean(plan?.effects.some(turns)));
+  byId("polhode-figure").hidden = !ephemeris.bodyKnown;
+  const turnsBody = (effect) => effect.simulated && effect.acts_on !== "translation";
+  readouts.show(ephemeris, motion, Boolean(plan?.effects.some(turnsBody)));
   if (plan) showPlan(byId("plan"), plan);
   else byId("plan").replaceChildren(make("p", {}, "A file of attitudes: nothing is simulated."));
-  for (const part of [views.body, views.polhode, plots]) if (part) part.time = course.start;
+  for (const part of [views.body, views.polhode, plots]) if (part) part.time = ephemeris.start;
   showPicture();
-  if (course.bodyKnown) views.polhode?.show(course);
+  if (ephemeris.bodyKnown) views.polhode?.show(ephemeris);
   showPlots();
   caption();
-  betweenSamples(course);
+  betweenSamples(ephemeris);
   forgetCost();
-  player.show(course);
+  player.show(ephemeris);
   if (!byId("answers")) windows.show(shown);
 }
 
@@ -223,7 +222,7 @@ function showPlots() {
   plots.show(state.shown, quantities.chosen(isUncertain(state.shown.text)), state.reference);
 }
 
-/** The columns that were chosen, of the scene that is shown and of the reference. */
+/** Requests the chosen columns of the scene and of the reference, and plots them. */
 async function showChosen() {
   const { shown, reference } = state;
   if (!shown) return;
@@ -239,14 +238,14 @@ async function showChosen() {
 
 function showPicture() {
   const { shown } = state;
-  const solids = { ...solidsOf(shown.document, shown.course.inertia), ...(state.model && { model: state.model }) };
+  const solids = { ...solidsOf(shown.document, shown.ephemeris.inertia), ...(state.model && { model: state.model }) };
   state.solids = solids;
   Object.assign(views.body ?? {}, controls.show(shown, solids));
   views.body?.show(shown, drawnSolid(), state.reference);
   caption();
 }
 
-/** The chosen one; along a path it has to have a length. */
+/** The chosen solid; on a path the first one where the chosen one has no unit of length. */
 function drawnSolid() {
   const { solid, scenery } = controls.choices;
   const chosen = state.solids[solid];
@@ -262,22 +261,22 @@ function redraw(change) {
 
 function caption() {
   const { body, polhode } = views;
-  const { course } = state.shown;
-  const shape = course.bodyKnown || controls.choices.solid === "model" ? body?.solid?.words : "a cube, for want of a body";
-  const beside = state.reference ? `; outlined: ${state.reference.course.name || "the reference"}` : "";
-  if (body?.solid) byId("body-caption").textContent = `Attitude in ${course.frame}: ${shape}${beside}`;
+  const { ephemeris } = state.shown;
+  const shape = ephemeris.bodyKnown || controls.choices.solid === "model" ? body?.solid?.description : "a cube, because the file states no body";
+  const beside = state.reference ? `; outlined: ${state.reference.ephemeris.name || "the reference"}` : "";
+  if (body?.solid) byId("body-caption").textContent = `Attitude in ${ephemeris.frame}: ${shape}${beside}`;
   if (!polhode?.scale) byId("polhode-note").textContent = polhode ? "at rest: no ellipsoid" : "";
   else byId("polhode-note").textContent = polhode.divided ? "dashed: separatrices" : "";
 }
 
-// -- two scenes laid over each other ----------------------------------------------------------------
+// -- comparison with a reference scene ----------------------------------------------------------------
 
-/** The scene that is shown stays as the reference of those to come; once more, and it goes. */
+/** Keeps the current scene as the reference for later ones, or forgets the reference. */
 function keepReference() {
   const { shown, reference } = state;
   state.reference = reference ? null : { ...shown, solid: drawnSolid() };
   byId("reference").textContent = reference ? "Keep as reference" : "Forget reference";
-  byId("reference-note").textContent = reference ? "" : `Dashed: ${shown.course.name || "this scene"} as it is now, by seconds since its own epoch.`;
+  byId("reference-note").textContent = reference ? "" : `Dashed: ${shown.ephemeris.name || "this scene"} as it is now, by seconds since its own epoch.`;
   showPicture();
   showPlots();
 }
@@ -289,31 +288,31 @@ function shadeWindows(found) {
 
 // -- between samples ------------------------------------------------------------------------------
 
-/** Says what is drawn between samples, and offers closer ones where that is nothing. */
-function betweenSamples(course) {
-  const apart = !course.connected;
-  const turns = figure(course.turn / (2 * Math.PI), 3);
-  const said = `Up to ${turns} turns from one sample to the next: the picture goes from sample to sample, nothing is drawn between.`;
-  byId("between").textContent = apart ? said : "";
+/** Where samples are too far apart to interpolate, says so and offers a closer view. */
+function betweenSamples(ephemeris) {
+  const apart = !ephemeris.connected;
+  const turns = figure(ephemeris.turn / (2 * Math.PI), 3);
+  const message = `Up to ${turns} turns between neighbouring samples: each sample is shown as it is, nothing is interpolated.`;
+  byId("between").textContent = apart ? message : "";
   byId("closer").hidden = !apart;
   byId("wider").hidden = state.whole === null;
 }
 
-/** The same scene with samples so close, from the time shown, that the motion can be seen. */
-function lookCloser() {
-  const { course } = state.shown;
+/** Runs the scene with closely spaced samples from the current time on. */
+function showCloser() {
+  const { ephemeris } = state.shown;
   const from = player.time;
-  const rate = Math.max(...course.omegaAt(course.index(from)).map(Math.abs), course.rate[course.index(from)]);
-  const stop = from + (CLOSER_TURN * CLOSER_SAMPLES) / rate;
-  const times = { start: from, stop: Number(stop.toPrecision(12)), count: CLOSER_SAMPLES + 1, unit: "s" };
+  const rate = Math.max(...ephemeris.omegaAt(ephemeris.index(from)).map(Math.abs), ephemeris.rate[ephemeris.index(from)]);
+  const stop = from + (CLOSE_TURN * CLOSE_SAMPLES) / rate;
+  const times = { start: from, stop: Number(stop.toPrecision(12)), count: CLOSE_SAMPLES + 1, unit: "s" };
   const whole = editor.text;
   editor.text = withMember(whole, "times", JSON.stringify(times));
   state.whole = whole;
-  say(`${duration(stop - from, 3)} from here`);
+  setStatus(`${duration(stop - from, 3)} from here`);
   return run();
 }
 
-function lookWider() {
+function showWhole() {
   editor.text = state.whole;
   state.whole = null;
   return run();
@@ -322,16 +321,16 @@ function lookWider() {
 // -- listening ------------------------------------------------------------------------------------
 
 function listen() {
-  byId("scene").addEventListener("change", ({ target }) => choose(target.value).catch(fail));
+  byId("scene").addEventListener("change", ({ target }) => choose(target.value).catch(showError));
   byId("run").addEventListener("click", run);
   byId("restore").addEventListener("click", () => {
-    editor.text = state.shipped;
+    editor.text = state.original;
     run();
   });
   byId("open").addEventListener("click", () => byId("file").click());
   byId("file").addEventListener("change", ({ target }) => {
     if (target.files[0]) openFile(target.files[0]);
-    target.value = ""; // the same file can be opened again
+    target.value = ""; // so that the same file can be opened again
   });
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {
@@ -339,9 +338,9 @@ function listen() {
     if (event.dataTransfer.files[0]) openFile(event.dataTransfer.files[0]);
   });
   byId("copy-link").addEventListener("click", copyLink);
-  addEventListener("hashchange", () => open().catch(fail));
-  byId("closer").addEventListener("click", lookCloser);
-  byId("wider").addEventListener("click", lookWider);
+  addEventListener("hashchange", () => open().catch(showError));
+  byId("closer").addEventListener("click", showCloser);
+  byId("wider").addEventListener("click", showWhole);
   byId("reference").addEventListener("click", () => state.shown && keepReference());
   byId("body-reset").addEventListener("click", () => views.body?.stage.reset());
   byId("polhode-reset").addEventListener("click", () => views.polhode?.stage.reset());
@@ -363,13 +362,13 @@ function takeToken(event) {
 }
 
 const TYPING = "json-editor, select, input, dialog[open]";
-const PRESSED = "button, summary, a";
+const PRESSABLE = "button, summary, a";
 
-/** Keys of the whole page; where somebody types, or presses what has the focus, they stay what they are. */
+/** Keys of the whole page, except in input fields and on focused buttons. */
 function shortcut(event) {
   if (event.target.closest(TYPING)) return;
   if (event.key === "?") byId("keys").showModal();
-  else if (event.key !== " " || !event.target.closest(PRESSED)) player.key(event);
+  else if (event.key !== " " || !event.target.closest(PRESSABLE)) player.key(event);
 }
 
 start();

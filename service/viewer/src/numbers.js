@@ -1,4 +1,4 @@
-// Numbers and times as people read them.
+// Numbers and durations as text.
 
 const UNITS = [
   [86400, "d"],
@@ -9,7 +9,7 @@ const UNITS = [
   [1e-6, "µs"],
 ];
 
-/** Significant digits, with a true minus and powers of ten where they are needed. */
+/** A number with so many significant digits, a minus sign U+2212, and powers of ten where needed. */
 export function figure(value, digits = 4) {
   if (value === 0) return "0";
   if (!Number.isFinite(value)) return "–";
@@ -26,7 +26,7 @@ export function raised(exponent) {
   return [...String(exponent)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c])).join("");
 }
 
-/** The unit of time in which a span is a few to some hundreds. */
+/** The greatest unit of time that fits a span at least twice. */
 export function unitFor(span) {
   const [seconds, name] = UNITS.find(([size]) => span >= 2 * size) ?? (span > 0 ? UNITS[5] : UNITS[3]);
   return { seconds, name };
@@ -37,7 +37,7 @@ export function duration(seconds, digits = 4) {
   return `${figure(seconds / unit.seconds, digits)} ${unit.name}`;
 }
 
-/** Decimals that tell apart a thousandth of a span. */
+/** The number of decimals that resolve a thousandth of a span. */
 export function decimals(span, unit) {
   return Math.min(9, Math.max(0, 3 - Math.floor(Math.log10(Math.max(span / unit.seconds, 1e-6)))));
 }

@@ -1,4 +1,4 @@
-// The service's answers; a refusal is thrown in the service's own words.
+// Requests to the service; a response that is not a success is thrown as a Refusal with the service's own text.
 
 let token = "";
 
@@ -15,8 +15,8 @@ export class Refusal extends Error {
   }
 }
 
-/** The response; Refusal where it is not one of success. */
-async function ask(path, options = {}) {
+/** The response; throws Refusal unless its status is one of success. */
+async function request(path, options = {}) {
   const headers = { ...options.headers, ...(token && { authorization: `Bearer ${token}` }) };
   let response;
   try {
@@ -34,21 +34,21 @@ async function problemOf(response) {
     const problem = await response.json();
     if (typeof problem.detail === "string") return problem;
   } catch {
-    // not a problem document: a proxy's page, say
+    // not a problem document, but perhaps the page of a proxy
   }
   return { detail: `the service answers ${response.status} ${response.statusText}`.trim() };
 }
 
 export async function get(path) {
-  return (await ask(path)).json();
+  return (await request(path)).json();
 }
 
-/** As it was sent: every number as it is written there. */
+/** The body as text, with every digit as the service wrote it. */
 export async function text(path) {
-  return (await ask(path)).text();
+  return (await request(path)).text();
 }
 
-const posted = (text, signal, accept) => ({
+const jsonRequest = (text, signal, accept) => ({
   method: "POST",
   body: text,
   signal,
@@ -56,19 +56,19 @@ const posted = (text, signal, accept) => ({
 });
 
 export async function post(path, text, signal) {
-  return (await ask(path, posted(text, signal, "application/json"))).json();
+  return (await request(path, jsonRequest(text, signal, "application/json"))).json();
 }
 
-/** The answer about a file of the user's. */
-export async function given(path, file) {
+/** The JSON answer to a file that is posted. */
+export async function postFile(path, file) {
   const body = new FormData();
   body.append("file", file);
-  return (await ask(path, { method: "POST", body, headers: { accept: "application/json" } })).json();
+  return (await request(path, { method: "POST", body, headers: { accept: "application/json" } })).json();
 }
 
-/** {blob, name}: a file as the service names it. */
-export async function file(path, text, otherwise) {
-  const response = await ask(path, posted(text));
-  const said = response.headers.get("content-disposition") ?? "";
-  return { blob: await response.blob(), name: /filename="([^"]+)"/.exec(said)?.[1] ?? otherwise };
+/** {blob, name} of a response that is a file, with the name that the service gives it. */
+export async function download(path, text, defaultName) {
+  const response = await request(path, jsonRequest(text));
+  const disposition = response.headers.get("content-disposition") ?? "";
+  return { blob: await response.blob(), name: /filename="([^"]+)"/.exec(disposition)?.[1] ?? defaultName };
 }

@@ -1,30 +1,30 @@
-// Columns of the ephemeris by name, as the service computes them: {name: {labels, data}}, in time order.
+// Columns of the ephemeris, computed by the service: {name: {labels, data}}, sorted by time.
 
 import * as api from "./api.js";
 import { words } from "../numbers.js";
 
-/** Of a document; a column that it cannot have is {refused: words}. */
+/** Requests the columns of a document; one that the service refuses is {refused: text}. */
 export async function columnsOf(text, names, signal) {
-  const wanted = [...new Set(names)];
-  if (!wanted.length) return {};
+  const unique = [...new Set(names)];
+  if (!unique.length) return {};
   try {
-    return await asked(text, wanted, signal);
+    return await requestColumns(text, unique, signal);
   } catch (error) {
     if (!(error instanceof api.Refusal)) throw error;
-    if (wanted.length === 1) return { [wanted[0]]: { refused: error.message } };
-    const alone = await Promise.all(wanted.map((name) => columnsOf(text, [name], signal)));
-    return Object.assign({}, ...alone);
+    if (unique.length === 1) return { [unique[0]]: { refused: error.message } };
+    const separate = await Promise.all(unique.map((name) => columnsOf(text, [name], signal)));
+    return Object.assign({}, ...separate);
   }
 }
 
-async function asked(text, names, signal) {
+async function requestColumns(text, names, signal) {
   const path = `v1/ephemeris?columns=${encodeURIComponent(["elapsed", ...names].join(","))}`;
-  return picked((await api.post(path, text, signal)).columns, names);
+  return columnsByName((await api.post(path, text, signal)).columns, names);
 }
 
-/** Columns of an answer by the names that they were asked for by. */
-export function picked(columns, names) {
-  const order = inOrder(columns.elapsed_s);
+/** The columns of an answer, grouped by the names that they were requested by. */
+export function columnsByName(columns, names) {
+  const order = timeOrder(columns.elapsed_s);
   const entries = names.map((name) => {
     const stem = name.toLowerCase().replaceAll(":-", ":minus_").replaceAll(":", "_");
     const starts = stem.startsWith("radec_") ? ["ra_", "dec_"].map((start) => stem.replace("radec_", start)) : [stem];
@@ -34,8 +34,8 @@ export function picked(columns, names) {
   return Object.fromEntries(entries);
 }
 
-/** Places of the samples in the order of time. */
-export function inOrder(elapsed) {
+/** Indices of the samples in ascending time. */
+export function timeOrder(elapsed) {
   const order = Array.from(elapsed.keys());
   return order.sort((i, j) => elapsed[i] - elapsed[j]);
 }

@@ -18,7 +18,7 @@ export function rotate(q, v) {
   return [0, 1, 2].map((i) => v[i] + q[0] * t[i] + s[i]);
 }
 
-/** The rotation from attitude a to b as a vector along the body's axes, rad: the shorter way. */
+/** The rotation vector from attitude a to b, body axes, rad, at most half a turn. */
 export function difference(a, b) {
   const [v, w] = [a.slice(1), b.slice(1)];
   const c = cross(v, w);
@@ -29,12 +29,12 @@ export function difference(a, b) {
   return part.map((x) => (sine > 0 ? (x * angle) / sine : 0));
 }
 
-/** At even rate from a to b, along the way that their signs tell: continuous quaternions keep it. */
+/** Spherical linear interpolation without change of sign: quaternions of the service are continuous. */
 export function slerp(a, b, fraction) {
   const cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
   const angle = Math.acos(Math.min(1, Math.max(-1, cosine)));
   const sine = Math.sin(angle);
-  // nearly alike: a straight line is the same to the picture; opposite: no way is given, stay at a
+  // nearly equal: linear interpolation is as good; opposite: the path is undefined, stay at a
   if (sine < 1e-6) return cosine > 0 ? unit(a.map((x, i) => x + fraction * (b[i] - x))) : a;
   const [p, q] = [Math.sin((1 - fraction) * angle) / sine, Math.sin(fraction * angle) / sine];
   return unit(a.map((x, i) => p * x + q * b[i]));
@@ -59,7 +59,7 @@ export function principal(inertia) {
 
 function zero(a, axes, i, j) {
   if (a[i][j] === 0) return;
-  // the smaller of the two angles that do it: larger ones swap axes, and need not come to an end
+  // the smaller of the two possible angles: the larger swaps axes, and the sweeps need not converge
   const angle = 0.5 * Math.atan((2 * a[i][j]) / (a[j][j] - a[i][i]));
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   for (const row of a) [row[i], row[j]] = [c * row[i] - s * row[j], s * row[i] + c * row[j]];
@@ -71,9 +71,9 @@ const turned = (p, q, c, s) => [p.map((x, k) => c * x - s * q[k]), p.map((x, k) 
 
 export const conjugate = ([w, x, y, z]) => [w, -x, -y, -z];
 
-/** The quaternion that carries components to those along three orthonormal axes, the rows of a matrix. */
+/** The quaternion of the rotation matrix whose rows are three orthonormal axes. */
 export function fromAxes(m) {
-  // of the four squares of its parts the largest is far from zero
+  // the largest of the four squared components is far from zero
   const squares = [
     1 + m[0][0] + m[1][1] + m[2][2], 1 + m[0][0] - m[1][1] - m[2][2],
     1 - m[0][0] + m[1][1] - m[2][2], 1 - m[0][0] - m[1][1] + m[2][2],

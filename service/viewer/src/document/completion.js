@@ -1,8 +1,8 @@
-// Keys and words that may be written at a place of the document, by the service's own description of a scene.
+// Completion of keys and values in the document, from the OpenAPI schema of a scene.
 
 import { syntaxTree } from "@codemirror/language";
 
-/** A source of completions for CodeMirror; `description` answers with the document of /openapi.json. */
+/** A completion source for CodeMirror; `description` resolves to /openapi.json. */
 export function completionsFrom(description) {
   let schemas = null;
   return async (context) => {
@@ -12,13 +12,13 @@ export function completionsFrom(description) {
     schemas ??= (await description()).components.schemas;
     const isKey = node.name === "PropertyName" || node.name === "Object" || node.parent?.name === "Object";
     const text = (at) => context.state.sliceDoc(at.from, at.to);
-    const found = schemasAt(pathTo(node, text), schemas);
-    const options = isKey && node.name !== "String" ? keys(found, schemas) : values(found, schemas);
+    const candidates = schemasAt(pathTo(node, text), schemas);
+    const options = isKey && node.name !== "String" ? keys(candidates, schemas) : values(candidates, schemas);
     return options.length ? { from: word.from, options, validFor: /^"?[\w-]*$/ } : null;
   };
 }
 
-/** Names and places from the root to a node: ["orbit", "altitude"], ["effects", 0, "type"]. */
+/** Keys and indices from the root to a node: ["orbit", "altitude"], ["effects", 0, "type"]. */
 export function pathTo(node, text) {
   const path = [];
   for (let at = node; at.parent; at = at.parent) {
@@ -29,16 +29,16 @@ export function pathTo(node, text) {
   return path;
 }
 
-/** Every schema that a place may have; alternatives are all followed. */
+/** All schemas that apply at a path, with every alternative. */
 export function schemasAt(path, schemas) {
-  let found = alternatives({ $ref: "#/components/schemas/Scene" }, schemas);
+  let candidates = alternatives({ $ref: "#/components/schemas/Scene" }, schemas);
   for (const part of path) {
-    found = found.flatMap((schema) => {
+    candidates = candidates.flatMap((schema) => {
       const next = typeof part === "number" ? schema.items : schema.properties?.[part];
       return next ? alternatives(next, schemas) : [];
     });
   }
-  return found;
+  return candidates;
 }
 
 function alternatives(schema, schemas) {
@@ -47,9 +47,9 @@ function alternatives(schema, schemas) {
   return parts.length ? parts.flatMap((part) => alternatives(part, schemas)) : [schema];
 }
 
-function keys(found) {
+function keys(candidates) {
   const options = new Map();
-  for (const { properties = {}, required = [] } of found) {
+  for (const { properties = {}, required = [] } of candidates) {
     for (const [name, schema] of Object.entries(properties)) {
       const detail = required.includes(name) ? "required" : "";
       options.set(name, { label: `"${name}"`, detail, info: schema.description, apply: `"${name}": ` });
@@ -58,7 +58,7 @@ function keys(found) {
   return [...options.values()];
 }
 
-function values(found) {
-  const words = found.flatMap(({ enum: words = [], const: word, examples = [] }) => [...words, ...(word === undefined ? [] : [word]), ...examples]);
+function values(candidates) {
+  const words = candidates.flatMap(({ enum: words = [], const: word, examples = [] }) => [...words, ...(word === undefined ? [] : [word]), ...examples]);
   return [...new Set(words)].map((word) => ({ label: JSON.stringify(word) }));
 }

@@ -1,6 +1,5 @@
-// The document as text: an element <json-editor> with undo, colours, completion of keys, and what the
-// service refuses at the line it is about. In a shadow root CodeMirror's styles are adopted sheets, which
-// the strictest policy allows.
+// The document as text: an element <json-editor> with undo, colours, completion of keys, and errors at their
+// lines. In a shadow root CodeMirror adopts its style sheets, which a strict content security policy allows.
 
 import { autocompletion, closeBrackets, closeBracketsKeymap, completionKeymap } from "@codemirror/autocomplete";
 import { defaultKeymap, history, historyKeymap, isolateHistory } from "@codemirror/commands";
@@ -20,7 +19,7 @@ const COLOURS = HighlightStyle.define([
   { tag: [tags.bool, tags.null], color: "var(--rate)" },
 ]);
 
-// The characters that are marked as wrong, or none.
+// The characters that are marked as wrong, or null.
 const setWrong = StateEffect.define();
 const wrong = StateField.define({
   create: () => Decoration.none,
@@ -36,7 +35,7 @@ const wrong = StateField.define({
   provide: (field) => EditorView.decorations.from(field),
 });
 
-const LOOK = EditorView.theme({
+const THEME = EditorView.theme({
   "&": { height: "100%", background: "var(--page)", color: "var(--ink)", fontSize: "0.78125rem" },
   "&.cm-focused": { outline: "none" },
   ".cm-scroller": { fontFamily: "var(--mono)", lineHeight: "1.55" },
@@ -56,7 +55,7 @@ const LOOK = EditorView.theme({
 });
 
 class JsonEditor extends HTMLElement {
-  /** Builds the editor inside this element; `completions` answers what may be written at a place. */
+  /** Builds the editor inside this element; `completions` is a completion source. */
   start({ onRun, onChange, completions }) {
     this.onChange = onChange;
     const run = () => {
@@ -65,7 +64,7 @@ class JsonEditor extends HTMLElement {
     };
     this.extensions = [
       lineNumbers(), foldGutter(), wrong, history(), drawSelection(), bracketMatching(), closeBrackets(),
-      highlightActiveLine(), EditorView.lineWrapping, json(), syntaxHighlighting(COLOURS), LOOK,
+      highlightActiveLine(), EditorView.lineWrapping, json(), syntaxHighlighting(COLOURS), THEME,
       autocompletion({ override: [completions], icons: false }),
       keymap.of([
         { key: "Mod-Enter", run },
@@ -82,14 +81,14 @@ class JsonEditor extends HTMLElement {
     return this.view.state.doc.toString();
   }
 
-  /** Another text, of which a step back leads to the one before. */
+  /** Replaces the text; undo restores the one before. */
   set value(text) {
     const { length } = this.view.state.doc;
     const annotations = isolateHistory.of("full");
     if (text !== this.value) this.view.dispatch({ changes: { from: 0, to: length, insert: text }, annotations });
   }
 
-  /** Marks characters as wrong, selects them and brings them into sight; none, where nothing is. */
+  /** Marks characters as wrong, selects them and scrolls to them; null removes the mark. */
   mark(place) {
     const effects = [setWrong.of(place)];
     if (!place) return this.view.dispatch({ effects });
@@ -97,7 +96,7 @@ class JsonEditor extends HTMLElement {
     return this.view.dispatch({ effects, selection: { anchor: place.start, head: place.end } });
   }
 
-  /** One change, which is undone in one step. */
+  /** Applies changes that are undone in one step. */
   change(changes) {
     this.view.dispatch({ changes, annotations: isolateHistory.of("full") });
   }
@@ -127,11 +126,11 @@ customElements.define("json-editor", JsonEditor);
 
 export class Editor {
   /** `onChange` is called when the user has typed, `onText` whenever the text has changed;
-   * `schema` answers with the description of a scene, for completion; it is called once, when it is needed. */
+   * `schema`, which resolves to the OpenAPI document, is called once, for the first completion. */
   constructor({ onRun, onChange, onText, schema }) {
     this.element = byId("document");
     this.problem = byId("document-problem");
-    this.quiet = false;
+    this.isProgrammatic = false;
     Object.assign(this, { onChange, onText });
     this.element.start({ onRun, onChange: () => this.#changed(), completions: completionsFrom(schema) });
     byId("tidy").addEventListener("click", () => (this.element.value = tidy(this.text)));
@@ -141,22 +140,22 @@ export class Editor {
     return this.element.value;
   }
 
-  /** Another value of a member, as JSON, as if it had been typed. */
+  /** Sets members to a value, JSON text, as if it had been typed. */
   put(pointers, value) {
     const changes = pointers.map((pointer) => changeOf(this.text, pointer, value)).filter(Boolean);
     if (changes.length) this.element.change(changes);
   }
 
-  /** A text of the page's own, not of somebody who types. */
+  /** Sets the text without a call of `onChange`. */
   set text(value) {
-    this.quiet = true;
+    this.isProgrammatic = true;
     this.element.value = value;
-    this.quiet = false;
-    this.forgive();
+    this.isProgrammatic = false;
+    this.clearError();
   }
 
-  /** Shows a refusal at its field: the line marked, the words below the document, the value selected. */
-  refuse(refusal) {
+  /** Shows a refusal: its line marked, its text below the document, its value selected. */
+  showError(refusal) {
     const place = this.#placeOf(refusal);
     this.problem.textContent = place ? `Line ${this.element.lineAt(place.start)}: ${refusal.message}` : refusal.message;
     this.problem.hidden = false;
@@ -165,7 +164,7 @@ export class Editor {
     this.element.setInvalid(true, refusal.message);
   }
 
-  forgive() {
+  clearError() {
     if (this.problem.hidden) return;
     this.problem.hidden = true;
     this.element.mark(null);
@@ -178,8 +177,8 @@ export class Editor {
   }
 
   #changed() {
-    this.forgive();
+    this.clearError();
     this.onText();
-    if (!this.quiet) this.onChange();
+    if (!this.isProgrammatic) this.onChange();
   }
 }

@@ -1,17 +1,17 @@
-// The common fields beside the text: what stands in the document, and what is written goes into it.
+// Input fields for common members of the document; a change of a field edits the text.
 
 import { byId, make } from "../dom.js";
 
 const NUMBER = /^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$/;
 const xyz = (pointer) => ["x", "y", "z"].map((label, i) => ({ label, pointer: `${pointer}/${i}` }));
 const unit = (pointer) => ({ label: "unit", pointer, text: true });
-// an element of a symmetric matrix beside its mirror image, which is written with it
+// an element of a symmetric matrix, and its mirror element, which is changed with it
 const element = (label) => {
   const [i, j] = [...label].map((axis) => "xyz".indexOf(axis));
   return { label, pointer: `/body/tensor/${i}/${j}`, mirror: i === j ? null : `/body/tensor/${j}/${i}` };
 };
 
-// Groups of fields; of each those are shown that the document has, or may be given (`add` makes what holds them).
+// Groups of fields. Fields that the document has are shown; `add` is a member that a button adds.
 const GROUPS = [
   { legend: "Principal moments", fields: [...["I1", "I2", "I3"].map((label, i) => ({ label, pointer: `/body/moments/${i}` })), unit("/body/unit")] },
   { legend: "Inertia tensor", fields: [...["xx", "yy", "zz", "xy", "xz", "yz"].map(element), unit("/body/unit")] },
@@ -23,7 +23,7 @@ const GROUPS = [
 ];
 
 export class Form {
-  /** `onPut` is told JSON pointers and the JSON of their value. */
+  /** `onPut` is called with JSON pointers and the JSON text of their value. */
   constructor(onPut, onRun) {
     this.onPut = onPut;
     this.element = byId("fields");
@@ -34,18 +34,18 @@ export class Form {
     this.element.addEventListener("change", ({ target }) => this.#written(target));
   }
 
-  /** The values of a document's text; those of before where it is no JSON. */
+  /** Shows the values of a document; invalid JSON leaves the fields unchanged. */
   show(text) {
     const document = parsed(text);
     if (!document) return;
-    const isWhole = document.body !== undefined; // else it builds on a scene or a message, which may have the rest
-    const groups = GROUPS.map((group) => ({ ...group, add: isWhole && group.add, fields: fieldsIn(document, group) }));
+    const isComplete = document.body !== undefined; // otherwise a scene or a message may have the rest
+    const groups = GROUPS.map((group) => ({ ...group, add: isComplete && group.add, fields: fieldsIn(document, group) }));
     const shape = JSON.stringify(groups);
     if (shape !== this.shape) this.#build(groups);
     this.shape = shape;
     for (const input of this.element.querySelectorAll("input")) {
       if (input.matches(":focus") && input.getAttribute("aria-invalid")) continue;
-      input.value = at(document, input.dataset.pointer) ?? "";
+      input.value = valueAt(document, input.dataset.pointer) ?? "";
       input.removeAttribute("aria-invalid");
     }
   }
@@ -67,20 +67,20 @@ export class Form {
 
   #written(input) {
     const { pointer, mirror, text } = input.dataset;
-    const isRight = text ? input.value.trim() !== "" : NUMBER.test(input.value);
+    const isValid = text ? input.value.trim() !== "" : NUMBER.test(input.value);
     const problem = byId("field-problem");
-    problem.hidden = isRight;
-    problem.textContent = isRight ? "" : `${input.getAttribute("aria-label")}: a ${text ? "text" : "number"}, not “${input.value}”`;
-    if (!isRight) return input.setAttribute("aria-invalid", "true");
+    problem.hidden = isValid;
+    problem.textContent = isValid ? "" : `${input.getAttribute("aria-label")}: a ${text ? "text" : "number"}, not “${input.value}”`;
+    if (!isValid) return input.setAttribute("aria-invalid", "true");
     input.removeAttribute("aria-invalid");
     return this.onPut([pointer, mirror].filter(Boolean), text ? JSON.stringify(input.value.trim()) : json(input.value));
   }
 }
 
-/** Those that the document has; a unit alone is none. */
+/** The fields that the document has; none where it has only the unit. */
 function fieldsIn(document, { fields }) {
-  const found = fields.filter(({ pointer }) => at(document, pointer) !== undefined);
-  return found.every(({ label }) => label === "unit") ? [] : found;
+  const present = fields.filter(({ pointer }) => valueAt(document, pointer) !== undefined);
+  return present.every(({ label }) => label === "unit") ? [] : present;
 }
 
 function field({ label, pointer, mirror, text, wide }, legend) {
@@ -91,7 +91,7 @@ function field({ label, pointer, mirror, text, wide }, legend) {
   return make("label", {}, make("span", { "aria-hidden": "true" }, label), input);
 }
 
-/** A number as it is typed, in the form of JSON: no plus in front, digits on both sides of the point. */
+/** A typed number as JSON: no leading plus, digits on both sides of the point. */
 const json = (text) => text.trim().replace(/^\+/, "").replace(/^(-?)\./, "$10.").replace(/\.(?=$|[eE])/, "").replace(/^(-?)0+(?=\d)/, "$1");
 
 function parsed(text) {
@@ -103,4 +103,4 @@ function parsed(text) {
   }
 }
 
-const at = (document, pointer) => pointer.split("/").slice(1).reduce((value, name) => value?.[name], document);
+const valueAt = (document, pointer) => pointer.split("/").slice(1).reduce((value, name) => value?.[name], document);

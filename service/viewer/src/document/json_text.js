@@ -1,5 +1,5 @@
-// JSON text with its places: which characters hold the value that a JSON pointer names, and the
-// same document laid out, every number as it was written.
+// JSON text with positions: the characters of the value at a JSON pointer, and formatting that leaves every
+// number as it was written.
 
 const TOKEN = /\s+|"(?:[^"\\]|\\.)*"|-?\d[\d.eE+-]*|true|false|null|NaN|-?Infinity|[[\]{}:,]/y;
 
@@ -46,21 +46,21 @@ function tokenise(text) {
   TOKEN.lastIndex = 0;
   while (TOKEN.lastIndex < text.length) {
     const start = TOKEN.lastIndex;
-    const found = TOKEN.exec(text);
-    if (!found) return null;
-    if (found[0].trim()) tokens.push({ text: found[0], start, end: TOKEN.lastIndex });
+    const match = TOKEN.exec(text);
+    if (!match) return null;
+    if (match[0].trim()) tokens.push({ text: match[0], start, end: TOKEN.lastIndex });
   }
   return tokens;
 }
 
-/** Characters of what a pointer names; of the nearest that holds it, where it is not there. */
+/** Characters of the value at a pointer; of its nearest parent where it is missing. */
 export function find(text, pointer) {
   let node = parse(text);
   if (!node) return null;
   let start = node.start;
   for (const part of pointer.split("/").slice(1)) {
     const name = part.replaceAll("~1", "/").replaceAll("~0", "~");
-    // of a name given twice the last counts, as for every reader of JSON
+    // the last of duplicate names counts, as in JSON.parse
     const child = node.children?.findLast((each) => each.name === name);
     if (!child) return { start, end: node.kind === "scalar" ? node.end : start + 1, whole: false };
     node = child.node;
@@ -71,30 +71,30 @@ export function find(text, pointer) {
 
 const WIDTH = 46;
 
-/** Laid out: what fits a line stays on one; the text itself where it is not JSON. */
+/** The formatted text: what fits stays on one line; text that is not JSON is returned unchanged. */
 export function tidy(text) {
   const tree = parse(text);
-  return tree ? laidOut(tree, "") + "\n" : text;
+  return tree ? formatted(tree, "") + "\n" : text;
 }
 
-function laidOut(node, indent) {
+function formatted(node, indent) {
   const flat = oneLine(node);
   if (!node.children?.length || (indent && indent.length + flat.length <= WIDTH)) return flat;
   const inner = indent + "  ";
-  const lines = node.children.map((child) => inner + named(child) + laidOut(child.node, inner));
+  const lines = node.children.map((child) => inner + keyText(child) + formatted(child.node, inner));
   const [open, close] = node.kind === "object" ? "{}" : "[]";
   return `${open}\n${lines.join(",\n")}\n${indent}${close}`;
 }
 
 function oneLine(node) {
   if (!node.children) return node.text;
-  const parts = node.children.map((child) => named(child) + oneLine(child.node)).join(", ");
+  const parts = node.children.map((child) => keyText(child) + oneLine(child.node)).join(", ");
   return node.kind === "object" ? `{${parts}}` : `[${parts}]`;
 }
 
-const named = (child) => (child.key ? `${child.key.text}: ` : "");
+const keyText = (child) => (child.key ? `${child.key.text}: ` : "");
 
-/** The change {from, to, insert} that makes a member's value another, or adds the member; null where it has no place. */
+/** The edit {from, to, insert} that replaces or adds a member; null where its parent is no object. */
 export function changeOf(text, pointer, value) {
   const node = nodeAt(text, pointer);
   if (node) return { from: node.start, to: node.end, insert: value };
@@ -105,7 +105,7 @@ export function changeOf(text, pointer, value) {
   return { from: end, to: end, insert: `${holder.children.length ? "," : ""}\n  ${JSON.stringify(name)}: ${value}` };
 }
 
-/** The text with the value of one of its topmost names put otherwise. */
+/** The text with another value of a member of the document. */
 export function withMember(text, name, value) {
   const { from, to, insert } = changeOf(text, `/${name}`, value);
   return text.slice(0, from) + insert + text.slice(to);

@@ -1,45 +1,45 @@
-// The document in the address, compressed, and in the browser's own storage.
+// The document in the URL, compressed, and in the local storage of the browser.
 
 const PREFIX = "document=";
-const KEY = "attitude-document";
+const STORAGE_KEY = "attitude-document";
 
-/** What follows # in a link that carries a document: deflated, in base64 of the kind for addresses. */
-export async function packed(text) {
-  const bytes = await through(new Blob([text]), new CompressionStream("deflate-raw"));
+/** The fragment of a URL that holds the document: deflated, base64url. */
+export async function encodeDocument(text) {
+  const bytes = await pipe(new Blob([text]), new CompressionStream("deflate-raw"));
   const characters = Array.from(bytes, (byte) => String.fromCharCode(byte)).join("");
   return PREFIX + btoa(characters).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 
-/** The document that an address carries; null where it carries none, or what is none. */
-export async function unpacked(hash) {
+/** The document in the fragment of a URL; null where there is none or it cannot be decoded. */
+export async function decodeDocument(hash) {
   if (!hash.startsWith(PREFIX)) return null;
   try {
     const characters = atob(hash.slice(PREFIX.length).replaceAll("-", "+").replaceAll("_", "/"));
     const bytes = Uint8Array.from(characters, (character) => character.charCodeAt(0));
-    return new TextDecoder("utf-8", { fatal: true }).decode(await through(new Blob([bytes]), new DecompressionStream("deflate-raw")));
+    return new TextDecoder("utf-8", { fatal: true }).decode(await pipe(new Blob([bytes]), new DecompressionStream("deflate-raw")));
   } catch {
     return null;
   }
 }
 
-async function through(blob, stream) {
+async function pipe(blob, stream) {
   return new Uint8Array(await new Response(blob.stream().pipeThrough(stream)).arrayBuffer());
 }
 
-// Storage may be refused to a page; nothing is kept then.
+// A browser may deny storage; the document is then not stored.
 
-export function keepDocument(text) {
+export function storeDocument(text) {
   try {
-    if (text === null) localStorage.removeItem(KEY);
-    else localStorage.setItem(KEY, text);
+    if (text === null) localStorage.removeItem(STORAGE_KEY);
+    else localStorage.setItem(STORAGE_KEY, text);
   } catch {
-    // for this visit, then
+    // not stored
   }
 }
 
-export function keptDocument() {
+export function storedDocument() {
   try {
-    return localStorage.getItem(KEY);
+    return localStorage.getItem(STORAGE_KEY);
   } catch {
     return null;
   }

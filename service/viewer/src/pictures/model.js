@@ -1,11 +1,11 @@
-// A model of the body in a .glb file of the user's, whose coordinates are taken for those of the body.
+// A model of the body from a .glb file; its coordinates are those of the body frame.
 
 import * as THREE from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 
-/** A solid as in solid.js; raises in words for what is no such file. */
+/** A solid as in solid.js; throws an Error with a message for the user for an unsuitable file. */
 export async function modelSolid(file) {
-  if (!/\.glb$/i.test(file.name)) throw new Error("a model is a .glb file, in which everything is in one piece");
+  if (!/\.glb$/i.test(file.name)) throw new Error("a model is a .glb file, which holds everything in one file");
   const loader = new GLTFLoader();
   loader.register((parser) => new EmbeddedTextures(parser));
   const { scene } = await loader.parseAsync(await file.arrayBuffer(), "").catch(() => {
@@ -19,10 +19,10 @@ export async function modelSolid(file) {
 
 class ModelSolid {
   constructor(scene, size, name) {
-    Object.assign(this, { scene, size, words: `model ${name}`, metres: 1 });
+    Object.assign(this, { scene, size, description: `model ${name}`, metres: 1 });
   }
 
-  /** A copy with geometries and materials of its own: a picture disposes of what it showed. */
+  /** A copy with its own geometries and materials, because a stage disposes of what it showed. */
   object() {
     const copy = this.scene.clone();
     copy.traverse((part) => {
@@ -43,7 +43,7 @@ class ModelSolid {
   }
 }
 
-/** Pictures out of the file itself: the loader would fetch them from a blob's address, which the page forbids. */
+/** Reads textures from the file: the loader would fetch them from a blob URL, which the page forbids. */
 class EmbeddedTextures {
   constructor(parser) {
     this.parser = parser;
@@ -54,7 +54,7 @@ class EmbeddedTextures {
     const { json } = this.parser;
     const { source } = json.textures[index];
     const { bufferView, mimeType } = json.images[source] ?? {};
-    if (bufferView === undefined) throw new Error("a picture outside the file");
+    if (bufferView === undefined) throw new Error("a texture outside the file");
     const bytes = await this.parser.getDependency("bufferView", bufferView);
     const texture = new THREE.Texture(await createImageBitmap(new Blob([bytes], { type: mimeType })));
     texture.flipY = false;

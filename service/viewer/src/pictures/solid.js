@@ -1,20 +1,20 @@
-// The body's shape: that of the document's ground effect, its plates, the box of equal inertia, or a model.
+// Solids for the body: the shape of the ground effect, the plates, the box of equal inertia, or a model.
 
 import * as THREE from "three";
 import { ConvexGeometry } from "three/examples/jsm/geometries/ConvexGeometry.js";
 import { colour } from "../dom.js";
 import { principal } from "../answers/rotation.js";
 
-// Of the longest edge: plates without thickness would not be seen from the side.
-const THINNEST = 0.02;
-const METRES = { m: 1, cm: 1e-2, mm: 1e-3, km: 1e3, dm: 1e-1, um: 1e-6 };
-const QUARTER = Math.PI / 2;
+// Over the longest edge: plates without thickness would be invisible from the side.
+const MIN_THICKNESS = 0.02;
+const METRES_PER_UNIT = { m: 1, cm: 1e-2, mm: 1e-3, km: 1e3, dm: 1e-1, um: 1e-6 };
+const QUARTER_TURN = Math.PI / 2;
 
-/** A body to be drawn: one geometry with its edges, or the parts of another object. */
+/** A body to be drawn: geometries with their edges. */
 class Solid {
   /** `parts` are [geometry, colour name, opacity]; metres is null where the unit of length is not known. */
-  constructor(parts, words, metres = null) {
-    Object.assign(this, { parts, words, metres });
+  constructor(parts, description, metres = null) {
+    Object.assign(this, { parts, description, metres });
     const spheres = parts.map(([geometry]) => {
       geometry.computeBoundingSphere();
       return geometry.boundingSphere;
@@ -59,7 +59,7 @@ export function solidsOf(document, inertia) {
 function shapeOf(shape) {
   const geometry = geometryOf(shape);
   geometry.translate(...(shape.centre ?? [0, 0, 0]));
-  return new Solid([[geometry, "--body", 0.9]], "shape of the ground effect", METRES[shape.unit] ?? null);
+  return new Solid([[geometry, "--body", 0.9]], "shape of the ground effect", METRES_PER_UNIT[shape.unit] ?? null);
 }
 
 function geometryOf(shape) {
@@ -68,23 +68,23 @@ function geometryOf(shape) {
   if (shape.vertices) return new ConvexGeometry(shape.vertices.map((vertex) => new THREE.Vector3(...vertex)));
   const { radius, height, axis } = shape.cylinder;
   const cylinder = new THREE.CylinderGeometry(radius, radius, height, 64); // along y
-  if (axis === "x") cylinder.rotateZ(QUARTER);
-  return axis === "z" ? cylinder.rotateX(QUARTER) : cylinder;
+  if (axis === "x") cylinder.rotateZ(QUARTER_TURN);
+  return axis === "z" ? cylinder.rotateX(QUARTER_TURN) : cylinder;
 }
 
-/** Squares of each plate's area about its centre; the lighter, the more of the light it gives back. */
+/** A square of each plate's area about its centre; lighter for a greater reflectance. */
 function platesOf(plates) {
   const parts = plates.map(({ area, normal, centre, specular = 0, diffuse = 0 }) => {
     const edge = Math.sqrt(area.value * areaUnit(area.unit));
     const geometry = new THREE.PlaneGeometry(edge, edge);
     const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...normal).normalize());
-    geometry.applyQuaternion(turn).translate(...centre.value.map((x) => x * (METRES[centre.unit] ?? 1)));
+    geometry.applyQuaternion(turn).translate(...centre.value.map((x) => x * (METRES_PER_UNIT[centre.unit] ?? 1)));
     return [geometry, grey(specular + diffuse), 0.95];
   });
-  return new Solid(parts, "plates, as squares; the lighter, the more light they give back", 1);
+  return new Solid(parts, "plates, as squares; lighter ones reflect more light", 1);
 }
 
-const areaUnit = (unit) => (METRES[unit.replace(/(\^|\*\*)?2$/, "")] ?? 1) ** 2;
+const areaUnit = (unit) => (METRES_PER_UNIT[unit.replace(/(\^|\*\*)?2$/, "")] ?? 1) ** 2;
 const grey = (part) => `hsl(205, 14%, ${Math.round(24 + 66 * Math.min(1, part))}%)`;
 
 /** Edges a, b, c with I1 ~ b2 + c2, and so on round: a2 ~ I2 + I3 - I1; their scale is anyone's. */
@@ -92,7 +92,7 @@ function equalBox(inertia) {
   const { moments, axes } = principal(inertia);
   const sum = moments[0] + moments[1] + moments[2];
   const edges = moments.map((moment) => Math.sqrt(Math.max(0, sum - 2 * moment)));
-  const least = THINNEST * Math.max(...edges);
+  const least = MIN_THICKNESS * Math.max(...edges);
   const geometry = new THREE.BoxGeometry(...edges.map((edge) => Math.max(edge, least)));
   const turn = new THREE.Matrix4().makeBasis(...axes.map((axis) => new THREE.Vector3(...axis)));
   geometry.applyMatrix4(turn);
@@ -102,7 +102,7 @@ function equalBox(inertia) {
 /** The plane of the ground effect: {normal, height}, m; null where there is none. */
 export function groundOf(document) {
   const ground = document.effects?.find((effect) => effect?.type === "ground");
-  const metres = METRES[ground?.height?.unit];
+  const metres = METRES_PER_UNIT[ground?.height?.unit];
   if (!metres) return null;
   return { normal: new THREE.Vector3(...ground.normal).normalize(), height: ground.height.value * metres };
 }

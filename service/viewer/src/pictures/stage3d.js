@@ -1,5 +1,5 @@
-// What both pictures share: a canvas that is drawn when something changed, a camera that goes round
-// its middle, names beside things in 3D, and lines with a width.
+// Shared by both 3D views: a canvas that is redrawn after changes, an orbiting camera, labels at points in 3D,
+// and lines with a width.
 
 import * as THREE from "three";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
@@ -7,14 +7,14 @@ import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { colour, make } from "../dom.js";
 
-const FIELD = 26; // degrees: long lenses keep boxes looking like boxes
-const FIRST = { azimuth: 0.62, elevation: 0.36, zoom: 1 };
-const STEP = 0.12; // rad for a key
-const HIGHEST = 1.55; // rad
+const FIELD_OF_VIEW = 26; // degrees; narrow, for little perspective distortion
+const DEFAULT_VIEW = { azimuth: 0.62, elevation: 0.36, zoom: 1 };
+const KEY_TURN = 0.12; // rad for a key
+const MAX_ELEVATION = 1.55; // rad
 const ORIGIN = new THREE.Vector3();
 
 export class Stage {
-  /** Raises where the browser has no WebGL. */
+  /** Throws where the browser has no WebGL. */
   constructor(element, name, help) {
     this.element = element;
     this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
@@ -25,17 +25,18 @@ export class Stage {
     for (const [key, value] of Object.entries({ tabindex: 0, role: "img", "aria-label": `${name}. ${help}` })) {
       this.canvas.setAttribute(key, value);
     }
-    this.camera = new THREE.PerspectiveCamera(FIELD, 1, 0.01, 100);
+    this.camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 100);
     this.camera.up.set(0, 0, 1);
     this.scene = new THREE.Scene();
-    this.named = [];
+    this.anchors = [];
     this.reset();
     this.clear();
     this.#listen();
     new ResizeObserver(() => this.draw()).observe(element);
   }
 
-  /** An empty scene with its light and `world`, which turns with what the picture is seen from; `middle` and `reach` are of the ball that is to be seen whole. */
+  /** Starts an empty scene with its light and `world`, which turns with the camera axes.
+   * `middle`, `reach`: centre and radius of the sphere that the camera shows whole. */
   clear(middle = [0, 0, 0], reach = 1) {
     this.scene.traverse((object) => {
       object.geometry?.dispose();
@@ -45,10 +46,10 @@ export class Stage {
     this.world = new THREE.Group();
     this.scene.add(this.world);
     this.labels.replaceChildren();
-    this.named = [];
+    this.anchors = [];
     this.middle = new THREE.Vector3(...middle);
     this.reach = reach;
-    this.globe = 0; // its radius, where there is one
+    this.globe = 0; // radius of the central body, where it is drawn
     const light = new THREE.DirectionalLight(0xffffff, 1.9);
     light.position.set(-0.6, 0.9, 1.4);
     this.eye = new THREE.Group();
@@ -58,13 +59,13 @@ export class Stage {
   }
 
   reset() {
-    this.view = { ...FIRST };
+    this.view = { ...DEFAULT_VIEW };
     this.draw();
   }
 
   turn(azimuth, elevation) {
     this.view.azimuth += azimuth;
-    this.view.elevation = Math.max(-HIGHEST, Math.min(HIGHEST, this.view.elevation + elevation));
+    this.view.elevation = Math.max(-MAX_ELEVATION, Math.min(MAX_ELEVATION, this.view.elevation + elevation));
     this.draw();
   }
 
@@ -73,20 +74,20 @@ export class Stage {
     this.draw();
   }
 
-  /** A name that stays beside a point of `world`, or where a function says, in the picture. */
+  /** Adds a label at a point of `world`, or at the point that a function returns. */
   name(text, point, kind = "") {
     const label = make("span", { class: `label ${kind}` }, text);
     this.labels.append(label);
-    this.named.push({ label, point });
+    this.anchors.push({ label, point });
     return label;
   }
 
-  /** Once before the next picture of the browser, however often it is asked. */
+  /** Schedules one rendering before the next frame. */
   draw() {
-    if (this.asked || !this.scene) return;
-    this.asked = true;
+    if (this.isScheduled || !this.scene) return;
+    this.isScheduled = true;
     requestAnimationFrame(() => {
-      this.asked = false;
+      this.isScheduled = false;
       this.#render();
     });
   }
@@ -103,7 +104,7 @@ export class Stage {
 
   #look(width, height) {
     const narrow = Math.min(1, width / height);
-    const half = Math.atan(Math.tan((FIELD * Math.PI) / 360) * narrow);
+    const half = Math.atan(Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * narrow);
     const far = this.reach / Math.sin(half);
     const distance = far / this.view.zoom;
     const { azimuth, elevation } = this.view;
@@ -120,11 +121,11 @@ export class Stage {
     [this.scene.fog.near, this.scene.fog.far] = [distance - 0.35 * this.reach, distance + 2.1 * this.reach];
   }
 
-  /** Each at its point, inside the picture, and beside what has its place already. */
+  /** Places each label at its point, inside the picture, clear of earlier labels. */
   #placeNames(width, height) {
     const at = new THREE.Vector3();
-    const taken = [];
-    for (const { label, point } of this.named) {
+    const occupied = [];
+    for (const { label, point } of this.anchors) {
       const place = typeof point === "function" ? point() : point;
       label.hidden = !place;
       if (!place) continue;
@@ -135,13 +136,13 @@ export class Stage {
       at.project(this.camera);
       const wanted = [(0.5 + 0.5 * at.x) * width, (0.5 - 0.5 * at.y) * height];
       label.room ||= label.offsetWidth;
-      const [x, y] = freeOf(taken, within(wanted, width, height), label.room);
-      taken.push([x, y, label.room]);
+      const [x, y] = freePosition(occupied, clamped(wanted, width, height), label.room);
+      occupied.push([x, y, label.room]);
       label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
     }
   }
 
-  /** Whether a globe about the origin stands between the camera and a point. */
+  /** Whether the central body hides a point from the camera. */
   #isBehindGlobe(point) {
     const sight = new THREE.Line3(this.camera.position, point);
     return sight.closestPointToPoint(ORIGIN, true, new THREE.Vector3()).length() < this.globe;
@@ -164,7 +165,7 @@ export class Stage {
     this.canvas.addEventListener("keydown", (event) => this.#key(event));
   }
 
-  /** With Ctrl (or two fingers) only: a page must scroll past its pictures. */
+  /** Zooms with Ctrl (or two fingers) only, so that the page can scroll past its pictures. */
   #wheel(event) {
     if (!event.ctrlKey) return;
     event.preventDefault();
@@ -173,10 +174,10 @@ export class Stage {
 
   #key(event) {
     const keys = {
-      ArrowLeft: () => this.turn(-STEP, 0),
-      ArrowRight: () => this.turn(STEP, 0),
-      ArrowUp: () => this.turn(0, STEP),
-      ArrowDown: () => this.turn(0, -STEP),
+      ArrowLeft: () => this.turn(-KEY_TURN, 0),
+      ArrowRight: () => this.turn(KEY_TURN, 0),
+      ArrowUp: () => this.turn(0, KEY_TURN),
+      ArrowDown: () => this.turn(0, -KEY_TURN),
       "+": () => this.zoom(1.2),
       "=": () => this.zoom(1.2),
       "-": () => this.zoom(1 / 1.2),
@@ -190,19 +191,19 @@ export class Stage {
   }
 }
 
-const EDGE = 12; // px that a name keeps from the edge
-const APART = 16; // px from one name to that above or below
+const LABEL_MARGIN = 12; // px, from a label to the edge of the picture
+const LABEL_SPACING = 16; // px, between labels above each other
 
-const within = ([x, y], width, height) => [
-  Math.max(EDGE, Math.min(width - EDGE, x)),
-  Math.max(EDGE, Math.min(height - EDGE, y)),
+const clamped = ([x, y], width, height) => [
+  Math.max(LABEL_MARGIN, Math.min(width - LABEL_MARGIN, x)),
+  Math.max(LABEL_MARGIN, Math.min(height - LABEL_MARGIN, y)),
 ];
 
-/** The place, or the first round about it where a name so wide covers no other. */
-function freeOf(taken, [x, y], wide) {
+/** The position, or the first one near it at which a label of this width covers no other. */
+function freePosition(occupied, [x, y], labelWidth) {
   const isFree = (place) =>
-    taken.every(([ox, oy, other]) => Math.abs(place[1] - oy) >= APART || Math.abs(place[0] - ox) >= 0.5 * (wide + other) + 3);
-  for (const distance of [0, APART, 2 * APART]) {
+    occupied.every(([ox, oy, other]) => Math.abs(place[1] - oy) >= LABEL_SPACING || Math.abs(place[0] - ox) >= 0.5 * (labelWidth + other) + 3);
+  for (const distance of [0, LABEL_SPACING, 2 * LABEL_SPACING]) {
     for (const [across, down] of [[0, 1], [0, -1], [1, 0], [-1, 0]]) {
       const place = [x + distance * across, y + distance * down];
       if (isFree(place)) return place;
@@ -211,13 +212,13 @@ function freeOf(taken, [x, y], wide) {
   return [x, y];
 }
 
-// -- things to put in a scene ---------------------------------------------------------------------
+// -- objects for a scene ---------------------------------------------------------------------
 
-const MOST_WIDE = 3000; // points of a line that has a width: each segment of it is drawn as two triangles
+const MAX_WIDE_POINTS = 3000; // of a line with a width, whose segments are drawn as two triangles each
 
-/** A line through points, `width` in pixels; of very many points it is as thin as can be. */
+/** A line through points, `width` in pixels; one pixel wide for more than MAX_WIDE_POINTS points. */
 export function line(points, paint, width = 1.5, more = {}) {
-  if (points.length > MOST_WIDE && !more.dashed) {
+  if (points.length > MAX_WIDE_POINTS && !more.dashed) {
     const thin = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(points.flat(), 3));
     return new THREE.Line(thin, new THREE.LineBasicMaterial({ color: paint, fog: true, ...more }));
   }
@@ -228,14 +229,14 @@ export function line(points, paint, width = 1.5, more = {}) {
 
 const material = (paint, width, more) => new LineMaterial({ color: paint, linewidth: width, fog: true, ...more });
 
-/** Points where a line would claim a way that nobody knows. */
+/** Points, for samples that are too far apart to be joined. */
 export function dots(points, paint, size = 2) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.Float32BufferAttribute(points.flat(), 3));
   return new THREE.Points(geometry, new THREE.PointsMaterial({ color: paint, size, sizeAttenuation: false }));
 }
 
-/** A line whose points are replaced, in place, at every picture. */
+/** A line whose points are replaced in each frame. */
 export class Tail {
   constructor(count, paint, width, more = {}) {
     this.count = count;
@@ -243,7 +244,7 @@ export class Tail {
     this.object.frustumCulled = false;
   }
 
-  /** Of `count` points at most. */
+  /** Replaces the points, at most `count` of them. */
   put(points) {
     const buffer = this.object.geometry.attributes.instanceStart.data;
     points.slice(0, this.count).forEach((point, i) => {
@@ -256,9 +257,9 @@ export class Tail {
   }
 }
 
-const ALONG = new THREE.Vector3(0, 1, 0);
+const Y_AXIS = new THREE.Vector3(0, 1, 0);
 
-/** An arrow from the origin, to be pointed and stretched. */
+/** An arrow from the origin. */
 export class Arrow {
   constructor(paint, { width = 0.012, head = 0.08, more = {} } = {}) {
     const basic = new THREE.MeshBasicMaterial({ color: paint, ...more });
@@ -270,14 +271,14 @@ export class Arrow {
     this.end = new THREE.Vector3();
   }
 
-  /** Along a vector, of its length times `scale`; hidden where there is none. */
+  /** Points along a vector with its length times `scale`; a zero vector hides the arrow. */
   point(vector, scale = 1) {
     this.end.set(...vector);
     const size = this.end.length();
     this.object.visible = size > 0;
     if (!size) return this;
     this.end.divideScalar(size);
-    this.object.quaternion.setFromUnitVectors(ALONG, this.end);
+    this.object.quaternion.setFromUnitVectors(Y_AXIS, this.end);
     const length = size * scale;
     this.shaft.scale.y = Math.max(1e-6, length - this.head);
     this.tip.position.y = length;
@@ -285,45 +286,45 @@ export class Arrow {
     return this;
   }
 
-  /** Where its name goes, a little beyond the tip. */
-  beyond(distance = 0.09) {
+  /** The position of the label, beyond the tip. */
+  labelPosition(distance = 0.09) {
     if (!this.object.visible) return null;
     const place = this.end.clone().setLength(this.end.length() + distance);
     return this.object.parent ? this.object.parent.localToWorld(place) : place;
   }
 }
 
-const SIGN = 1.12; // where the sign of a direction stands, of the sphere
+const SIGN_DISTANCE = 1.12; // of the sign of a direction from the centre, in radii of the sphere
 const RAYS = 8;
 
-/** The direction to something, by its sign beside the sphere: a sun, a globe, or the tip of an arrow. */
+/** A direction, marked by a sign outside the sphere: a sun, a globe, or an arrow head. */
 export class Pointer {
   constructor(kind, paint, unit) {
     const basic = new THREE.MeshBasicMaterial({ color: paint });
     this.object = new THREE.Group();
     this.object.scale.setScalar(unit);
-    const stem = line([[0, 0, 0], [0, SIGN, 0]], paint, 1, { dashed: true, dashSize: 0.03, gapSize: 0.04 });
+    const stem = line([[0, 0, 0], [0, SIGN_DISTANCE, 0]], paint, 1, { dashed: true, dashSize: 0.03, gapSize: 0.04 });
     stem.computeLineDistances();
     const size = kind === "velocity" ? new THREE.ConeGeometry(0.04, 0.12, 20) : new THREE.SphereGeometry(0.045, 20, 14);
-    this.object.add(stem, new THREE.Mesh(size.translate(0, SIGN, 0), basic));
+    this.object.add(stem, new THREE.Mesh(size.translate(0, SIGN_DISTANCE, 0), basic));
     if (kind === "sun") this.object.add(...rays(paint));
-    if (kind === "earth") this.object.add(new THREE.Mesh(new THREE.TorusGeometry(0.075, 0.007, 8, 40).translate(0, SIGN, 0), basic));
+    if (kind === "earth") this.object.add(new THREE.Mesh(new THREE.TorusGeometry(0.075, 0.007, 8, 40).translate(0, SIGN_DISTANCE, 0), basic));
   }
 
   point(vector) {
-    this.object.quaternion.setFromUnitVectors(ALONG, new THREE.Vector3(...vector));
+    this.object.quaternion.setFromUnitVectors(Y_AXIS, new THREE.Vector3(...vector));
   }
 
-  /** Where its name goes, beside the sign. */
-  beyond() {
-    return this.object.localToWorld(new THREE.Vector3(0, SIGN + 0.14, 0));
+  /** The position of the label, beyond the sign. */
+  labelPosition() {
+    return this.object.localToWorld(new THREE.Vector3(0, SIGN_DISTANCE + 0.14, 0));
   }
 }
 
 function rays(paint) {
   return Array.from({ length: RAYS }, (_, k) => {
     const [x, z] = [Math.cos((2 * Math.PI * k) / RAYS), Math.sin((2 * Math.PI * k) / RAYS)];
-    return line([0.06, 0.09].map((r) => [r * x, SIGN + r * z, 0]), paint, 1.6);
+    return line([0.06, 0.09].map((r) => [r * x, SIGN_DISTANCE + r * z, 0]), paint, 1.6);
   });
 }
 

@@ -1,4 +1,4 @@
-// What accuracy costs, measured by the service: error against time, every family of methods a line.
+// Accuracy against computing time, measured by the service; each family of methods is one line.
 
 import * as api from "../answers/api.js";
 import { byId, make, makeSvg } from "../dom.js";
@@ -7,9 +7,9 @@ import { table } from "./plan.js";
 
 const ABSENT = [404, 405, 501];
 const SIZE = { width: 640, height: 380, left: 84, right: 30, top: 14, bottom: 50 };
-const FLOOR = 1e-17; // an exact zero is drawn here
+const MIN_DRAWN_ERROR = 1e-17; // rad; smaller errors, also zero, are drawn here
 const MARKS = ["circle", "square", "up", "diamond", "down", "plus", "cross"];
-const KINDS = 8; // colours in the style sheet
+const COLOURS = 8; // colours in the style sheet
 
 export function offerCost(documentText) {
   byId("measure").addEventListener("click", () => measure(documentText()));
@@ -17,10 +17,10 @@ export function offerCost(documentText) {
 
 export function forgetCost() {
   byId("cost").replaceChildren();
-  say("");
+  setStatus("");
 }
 
-function say(text, kind = "") {
+function setStatus(text, kind = "") {
   byId("cost-status").textContent = text;
   byId("cost-status").className = kind;
 }
@@ -29,20 +29,20 @@ async function measure(text) {
   const button = byId("measure");
   button.disabled = true;
   const budget = byId("budget").value;
-  say(`Measuring, for about ${budget} s`);
+  setStatus(`Measuring, for about ${budget} s`);
   try {
     const report = await api.post(`v1/cost?budget=${encodeURIComponent(budget)}`, text);
-    say("");
+    setStatus("");
     show(byId("cost"), report);
   } catch (error) {
-    say(ABSENT.includes(error.status) ? `This service does not measure cost: ${error.message}` : error.message, "bad");
+    setStatus(ABSENT.includes(error.status) ? `This service does not measure cost: ${error.message}` : error.message, "bad");
   } finally {
     button.disabled = false;
   }
 }
 
 function show(element, report) {
-  const horizon = fullest(report);
+  const horizon = bestHorizon(report);
   const cells = report.cells.filter((cell) => cell.horizon === horizon);
   const families = [...new Set(report.cells.map((cell) => cell.family))];
   const measured = cells.filter((cell) => cell.status === "measured");
@@ -51,19 +51,19 @@ function show(element, report) {
   const lines = families.map((family, number) => ({
     family,
     number,
-    points: measured.filter((cell) => cell.family === family).map((cell) => [cell.ns_per_sample, Math.max(cell.attitude_error_rad, FLOOR)]),
+    points: measured.filter((cell) => cell.family === family).map((cell) => [cell.ns_per_sample, Math.max(cell.attitude_error_rad, MIN_DRAWN_ERROR)]),
   }));
   const drawn = lines.filter(({ points }) => points.length);
   element.replaceChildren(
-    ...(drawn.length ? [picture(drawn, title), key(drawn)] : [make("p", {}, "Nothing was measured.")]),
-    make("p", { class: "hint" }, circumstances(report, title)),
+    ...(drawn.length ? [picture(drawn, title), legend(drawn)] : [make("p", {}, "Nothing was measured.")]),
+    make("p", { class: "hint" }, conditions(report, title)),
     table(["Method", "Attitude error, rad", "Energy", "Momentum", "ns a sample", "Set-up, s"], measured.map(row)),
     missing.length ? unmeasured(missing) : "",
   );
 }
 
-/** The longest of the horizons over which most was measured; under torques, most families. */
-function fullest(report) {
+/** The horizon with the most measured cells (under torques: families); the longest of equals. */
+function bestHorizon(report) {
   const count = (horizon) => {
     const cells = report.cells.filter((cell) => cell.horizon === horizon && cell.status === "measured");
     return report.effects ? new Set(cells.map((cell) => cell.family)).size : cells.length;
@@ -95,7 +95,7 @@ function reason(cell) {
   return cell.detail ? `${cell.status}: ${cell.detail}` : cell.status;
 }
 
-function circumstances(report, title) {
+function conditions(report, title) {
   const { processor, cores } = report.machine;
   const truth = [...new Set(report.truth.map((each) => each.route))].join(" and ");
   return `${title}; against a truth by the ${truth} route; ${processor}, ${cores} cores; budget ${figure(report.budget_s)} s.`;
@@ -110,15 +110,15 @@ function picture(lines, title) {
   return makeSvg(
     "svg",
     { viewBox: `0 0 ${SIZE.width} ${SIZE.height}`, class: "chart", role: "img", "aria-label": `Attitude error against time a sample, ${title}: ${names}; the figures are in the table` },
-    ...ticks(x).map((power) => across(power, x.of(10 ** power))),
-    ...ticks(y).map((power) => along(power, y.of(10 ** power))),
+    ...ticks(x).map((power) => verticalGridline(power, x.of(10 ** power))),
+    ...ticks(y).map((power) => horizontalGridline(power, y.of(10 ** power))),
     label("time, ns a sample", (SIZE.left + SIZE.width - SIZE.right) / 2, SIZE.height - 6),
     label("attitude error, rad", 13, (SIZE.top + SIZE.height - SIZE.bottom) / 2, true),
     ...lines.map((line) => drawnLine(line, x, y)),
   );
 }
 
-/** Between powers of ten, with room for marks. */
+/** A logarithmic scale between powers of ten, with room for marks. */
 function scale(values, from, to) {
   const low = Math.floor(Math.log10(Math.min(...values)) - 0.15);
   const high = Math.max(low + 1, Math.ceil(Math.log10(Math.max(...values)) + 0.15));
@@ -130,15 +130,15 @@ function ticks({ low, high }) {
   return Array.from({ length: Math.floor((high - low) / step) + 1 }, (_, k) => low + k * step);
 }
 
-const written = (power) => `10${raised(power)}`;
+const powerOfTen = (power) => `10${raised(power)}`;
 
-function across(power, x) {
+function verticalGridline(power, x) {
   const bottom = SIZE.height - SIZE.bottom;
-  return makeSvg("g", {}, makeSvg("line", { x1: x, x2: x, y1: SIZE.top, y2: bottom, class: "grid" }), label(written(power), x, bottom + 20));
+  return makeSvg("g", {}, makeSvg("line", { x1: x, x2: x, y1: SIZE.top, y2: bottom, class: "grid" }), label(powerOfTen(power), x, bottom + 20));
 }
 
-function along(power, y) {
-  const text = makeSvg("text", { x: SIZE.left - 8, y: y + 4, "text-anchor": "end" }, written(power));
+function horizontalGridline(power, y) {
+  const text = makeSvg("text", { x: SIZE.left - 8, y: y + 4, "text-anchor": "end" }, powerOfTen(power));
   return makeSvg("g", {}, makeSvg("line", { x1: SIZE.left, x2: SIZE.width - SIZE.right, y1: y, y2: y, class: "grid" }), text);
 }
 
@@ -147,13 +147,13 @@ function label(text, x, y, upright = false) {
   return makeSvg("text", { x, y, "text-anchor": "middle", transform }, text);
 }
 
-const styleOf = (number) => `kind-${number % KINDS}${number === 0 ? " ours" : ""}`;
+const styleOf = (number) => `kind-${number % COLOURS}${number === 0 ? " ours" : ""}`;
 
 function drawnLine({ family, number, points }, x, y) {
   const places = points.map(([cost, error]) => [x.of(cost), y.of(error)]);
   const marks = places.map(([px, py], i) => {
-    const said = `${family}: ${figure(points[i][0], 3)} ns, ${figure(points[i][1], 2)} rad`;
-    return makeSvg("path", { d: mark(number, px, py, number === 0 ? 6 : 4.5) }, makeSvg("title", {}, said));
+    const text = `${family}: ${figure(points[i][0], 3)} ns, ${figure(points[i][1], 2)} rad`;
+    return makeSvg("path", { d: mark(number, px, py, number === 0 ? 6 : 4.5) }, makeSvg("title", {}, text));
   });
   const path = makeSvg("polyline", { points: places.map((place) => place.join(",")).join(" ") });
   return makeSvg("g", { class: styleOf(number) }, path, ...marks);
@@ -172,7 +172,7 @@ function mark(number, x, y, r) {
   return shapes[MARKS[number % MARKS.length]];
 }
 
-function key(lines) {
+function legend(lines) {
   const items = lines.map(({ family, number }) => {
     const swatch = makeSvg("svg", { viewBox: "0 0 16 16", width: 16, height: 16, "aria-hidden": "true" }, makeSvg("g", { class: styleOf(number) }, makeSvg("path", { d: mark(number, 8, 8, 4.5) })));
     return make("li", {}, swatch, family);

@@ -1,4 +1,4 @@
-// A button for each format: asks the service for the document as it stands, and keeps the file.
+// A button for each format, which downloads the ephemeris of the current document.
 
 import * as api from "../answers/api.js";
 import { byId, make } from "../dom.js";
@@ -6,23 +6,23 @@ import { linkTo } from "./saving.js";
 
 export async function offerDownloads(element, documentText) {
   const { formats } = await api.get("viewer/formats.json");
-  element.replaceChildren(...formats.map((format) => make("li", {}, button(format, documentText))));
+  element.replaceChildren(...formats.map((format) => make("li", {}, formatButton(format, documentText))));
 }
 
-function button(format, documentText) {
-  const made = make("button", { type: "button", title: format.media }, make("b", {}, format.name), ` ${format.endings.join(" ")}`);
-  made.addEventListener("click", () => download(made, format, documentText()));
-  return made;
+function formatButton(format, documentText) {
+  const element = make("button", { type: "button", title: format.media }, make("b", {}, format.name), ` ${format.endings.join(" ")}`);
+  element.addEventListener("click", () => download(element, format, documentText()));
+  return element;
 }
 
-async function download(pressed, format, text) {
+async function download(button, format, text) {
   const status = byId("download-status");
   status.className = "";
-  status.textContent = `${format.name}: asking`;
-  pressed.setAttribute("aria-busy", "true");
+  status.textContent = `${format.name}: requesting`;
+  button.setAttribute("aria-busy", "true");
   try {
     const path = `v1/ephemeris?format=${encodeURIComponent(format.name)}`;
-    const { blob, name } = await api.file(path, text, `ephemeris${format.endings[0]}`);
+    const { blob, name } = await api.download(path, text, `ephemeris${format.endings[0]}`);
     const link = linkTo(blob, name);
     link.dataset.format = format.name;
     status.replaceChildren(link, `, ${blob.size.toLocaleString("en")} bytes`);
@@ -31,6 +31,6 @@ async function download(pressed, format, text) {
     status.className = "bad";
     status.textContent = `${format.name}: ${error.message}`;
   } finally {
-    pressed.removeAttribute("aria-busy");
+    button.removeAttribute("aria-busy");
   }
 }

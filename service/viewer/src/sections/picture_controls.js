@@ -1,4 +1,4 @@
-// What the picture of the body shows: which track, where it is seen from, as what the body is drawn.
+// Controls of the picture of the body: track, scenery, camera and solid.
 
 import { byId, make } from "../dom.js";
 
@@ -9,7 +9,7 @@ const SOLIDS = { shape: "its shape", plates: "plates", box: "box of equal inerti
 const POINTERS = { sun: "Sun", earth: "nadir", velocity: "velocity" };
 
 export class PictureControls {
-  /** `onChange` is told what changed: {track}, {scenery}, {camera}, {solid}, {pointers}. */
+  /** `onChange` is called with what changed: {track}, {scenery}, {camera}, {solid} or {pointers}. */
   constructor(onChange) {
     this.wanted = { track: "z", scenery: "attitude", camera: "inertial", solid: null };
     this.choices = { ...this.wanted };
@@ -26,15 +26,15 @@ export class PictureControls {
     return new Set([...byId("pointers").querySelectorAll("input:checked")].map(({ value }) => value));
   }
 
-  /** The choices that a scene has; of what was wanted and it has not, the first. */
-  show({ course, about }, solids) {
-    const canTravel = course.place && Object.values(solids)[0].metres;
-    const { known, hasOrbit } = about;
-    this.#offer("track", TRACKS, ["z", "x", "y", ...(course.bodyKnown ? ["L"] : []), "omega", ...known]);
+  /** Offers the choices that a scene has; where it lacks the one wanted, the first is chosen. */
+  show({ ephemeris, surroundings }, solids) {
+    const canTravel = ephemeris.position && Object.values(solids)[0].metres;
+    const { targets, hasOrbit } = surroundings;
+    this.#offer("track", TRACKS, ["z", "x", "y", ...(ephemeris.bodyKnown ? ["L"] : []), "omega", ...targets]);
     this.#offer("scenery", SCENERIES, ["attitude", ...(canTravel ? ["path"] : []), ...(hasOrbit ? ["orbit"] : [])]);
-    this.#offer("camera", CAMERAS, ["inertial", "body", ...(known.includes("velocity") ? ["orbit"] : [])]);
+    this.#offer("camera", CAMERAS, ["inertial", "body", ...(targets.includes("velocity") ? ["orbit"] : [])]);
     this.#offer("solid", SOLIDS, Object.keys(solids));
-    this.#offerPointers(known);
+    this.#offerPointers(targets);
     return { ...this.choices, pointers: this.pointers };
   }
 
@@ -46,13 +46,13 @@ export class PictureControls {
     byId(name).parentElement.hidden = values.length < 2;
   }
 
-  #offerPointers(known) {
+  #offerPointers(targets) {
     const boxes = byId("pointers").querySelectorAll("input");
     const off = new Set([...boxes].filter((box) => !box.checked).map(({ value }) => value));
-    byId("pointers").hidden = !known.length;
+    byId("pointers").hidden = !targets.length;
     byId("pointers").replaceChildren(
       make("legend", { class: "unseen" }, "Directions shown"),
-      ...known.map((value) => {
+      ...targets.map((value) => {
         const box = make("input", { type: "checkbox", value });
         box.checked = !off.has(value);
         return make("label", {}, box, ` ${POINTERS[value]}`);

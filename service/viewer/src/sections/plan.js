@@ -1,4 +1,4 @@
-// The plan in words and a table: what is simulated, what is not, and why.
+// The plan as text and tables: which effects are simulated, which are not, and why.
 
 import { make } from "../dom.js";
 import { duration, figure } from "../numbers.js";
@@ -6,15 +6,15 @@ import { duration, figure } from "../numbers.js";
 export function showPlan(element, plan) {
   const parts = [make("p", { class: "lead" }, lead(plan)), facts(plan)];
   if (plan.effects.length) parts.push(effects(plan.effects));
-  else parts.push(make("p", {}, "The document names no effects: nothing but the free motion is computed."));
+  else parts.push(make("p", {}, "The document lists no effects: the free motion is computed."));
   if (plan.considered.length) parts.push(considered(plan));
   element.replaceChildren(...parts);
 }
 
 function lead(plan) {
-  const ways = plan.effects.filter((effect) => effect.simulated).length;
-  const left = plan.effects.length - ways;
-  const count = plan.effects.length ? ` ${ways} of ${plan.effects.length} effects simulated${left ? `, ${left} left out` : ""}.` : "";
+  const simulated = plan.effects.filter((effect) => effect.simulated).length;
+  const left = plan.effects.length - simulated;
+  const count = plan.effects.length ? ` ${simulated} of ${plan.effects.length} effects simulated${left ? `, ${left} left out` : ""}.` : "";
   return `${capital(plan.simulates)} by ${plan.solver}.${count}`;
 }
 
@@ -23,7 +23,7 @@ const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 function facts(plan) {
   const rows = [
     ["Samples", plan.samples.toLocaleString("en")],
-    ["Asked tolerance", `${figure(plan.tolerance_rad, 2)} rad`],
+    ["Tolerance", `${figure(plan.tolerance_rad, 2)} rad`],
     ["Predicted error", `${figure(plan.predicted_error_rad, 2)} rad`],
     ["Predicted time", duration(plan.predicted_s, 2)],
   ];
@@ -55,7 +55,7 @@ function considered(plan) {
   return make("details", {}, make("summary", {}, "Solvers considered"), table(heads, rows));
 }
 
-/** Of a row with fewer cells than there are heads the last one takes the rest. */
+/** A table; the last cell of a short row spans the remaining columns. */
 export function table(heads, rows) {
   const head = (content) => make("th", { scope: "col" }, content);
   const cell = (content, i, row) => {

@@ -1,13 +1,13 @@
-// The time that is shown, and what moves it: play, pause, scrub, speed, steps of one sample.
+// The current time and its controls: play, pause, slider, speed, steps of one sample.
 
 import { byId, make } from "../dom.js";
 import { decimals, duration, unitFor } from "../numbers.js";
 
 const FACTORS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 50];
-const USUAL = FACTORS.indexOf(1);
-const TURN_S = 4; // a turn of the body takes so long on the screen, at speed 1
-const LEAST_S = 12; // and the whole span at least so long: a slow or resting body would else be over at once
-const MARKS = 200;
+const NORMAL_SPEED = FACTORS.indexOf(1);
+const SECONDS_PER_TURN = 4; // shown for one turn of the body at normal speed
+const MIN_DURATION_S = 12; // of the whole span at normal speed, also for a body that hardly turns
+const MAX_MARKS = 200;
 
 export class Player {
   constructor(onTime) {
@@ -24,60 +24,60 @@ export class Player {
     this.#paintButton();
   }
 
-  show(course) {
+  show(ephemeris) {
     this.pause();
-    this.course = course;
-    this.unit = unitFor(Math.max(Math.abs(course.start), Math.abs(course.stop)));
-    [this.slider.min, this.slider.max] = [course.start, course.stop];
-    const turns = (course.meanRate * course.span) / (2 * Math.PI);
-    this.usual = course.span / Math.max(LEAST_S, turns * TURN_S);
-    if (!course.connected) this.usual = course.span / (10 * LEAST_S);
-    const chosen = this.speed.selectedIndex < 0 ? USUAL : this.speed.selectedIndex;
-    this.speed.replaceChildren(...FACTORS.map((factor) => make("option", { value: factor }, this.#pace(factor))));
+    this.ephemeris = ephemeris;
+    this.unit = unitFor(Math.max(Math.abs(ephemeris.start), Math.abs(ephemeris.stop)));
+    [this.slider.min, this.slider.max] = [ephemeris.start, ephemeris.stop];
+    const turns = (ephemeris.meanRate * ephemeris.span) / (2 * Math.PI);
+    this.normalRate = ephemeris.span / Math.max(MIN_DURATION_S, turns * SECONDS_PER_TURN);
+    if (!ephemeris.connected) this.normalRate = ephemeris.span / (10 * MIN_DURATION_S);
+    const chosen = this.speed.selectedIndex < 0 ? NORMAL_SPEED : this.speed.selectedIndex;
+    this.speed.replaceChildren(...FACTORS.map((factor) => make("option", { value: factor }, this.#speedLabel(factor))));
     this.speed.selectedIndex = chosen;
-    const fits = course.events.slice(0, MARKS).map((event) => this.#mark(event));
-    byId("marks").replaceChildren(...fits);
-    this.seek(course.start);
+    const marks = ephemeris.events.slice(0, MAX_MARKS).map((event) => this.#mark(event));
+    byId("marks").replaceChildren(...marks);
+    this.seek(ephemeris.start);
   }
 
-  /** Windows as stretches of the slider: [{start_s, stop_s}]. */
+  /** Marks windows [{start_s, stop_s}] beside the slider. */
   mark(windows) {
-    const { start, span } = this.course;
+    const { start, span } = this.ephemeris;
     const part = (t) => (100 * (t - start)) / (span || 1);
-    const stretches = windows.slice(0, MARKS).map(({ start_s: from, stop_s: to }) => {
-      const stretch = make("span", {});
-      stretch.style.left = `${part(from).toFixed(3)}%`;
-      stretch.style.width = `${Math.max(0.15, part(to) - part(from)).toFixed(3)}%`;
-      return stretch;
+    const bars = windows.slice(0, MAX_MARKS).map(({ start_s: from, stop_s: to }) => {
+      const bar = make("span", {});
+      bar.style.left = `${part(from).toFixed(3)}%`;
+      bar.style.width = `${Math.max(0.15, part(to) - part(from)).toFixed(3)}%`;
+      return bar;
     });
-    byId("window-marks").replaceChildren(...stretches);
+    byId("window-marks").replaceChildren(...bars);
   }
 
   seek(time) {
-    const { course } = this;
-    if (!course) return;
-    this.time = Math.min(course.stop, Math.max(course.start, time));
+    const { ephemeris } = this;
+    if (!ephemeris) return;
+    this.time = Math.min(ephemeris.stop, Math.max(ephemeris.start, time));
     this.slider.value = this.time;
     const shown = this.text(this.time);
-    const whole = this.text(course.stop);
+    const whole = this.text(ephemeris.stop);
     byId("clock").textContent = `${shown} / ${whole}`;
     this.slider.setAttribute("aria-valuetext", `${shown} of ${whole}`);
     this.onTime(this.time);
   }
 
   text(time) {
-    const digits = decimals(this.course.span, this.unit);
+    const digits = decimals(this.ephemeris.span, this.unit);
     return `${(time / this.unit.seconds).toFixed(digits).replace("-", "−")} ${this.unit.name}`;
   }
 
-  /** So many samples on; from between two, to the nearer ones first. */
+  /** Moves by `count` samples; between two samples the first step goes to the neighbouring one. */
   step(count) {
-    if (!this.course) return;
+    if (!this.ephemeris) return;
     this.pause();
-    const here = this.course.index(this.time);
-    const between = this.time > this.course.t[here];
-    const wanted = count < 0 && between ? here + count + 1 : here + count;
-    this.seek(this.course.t[Math.max(0, Math.min(this.course.length - 1, wanted))]);
+    const here = this.ephemeris.index(this.time);
+    const between = this.time > this.ephemeris.t[here];
+    const target = count < 0 && between ? here + count + 1 : here + count;
+    this.seek(this.ephemeris.t[Math.max(0, Math.min(this.ephemeris.length - 1, target))]);
   }
 
   toggle() {
@@ -86,17 +86,17 @@ export class Player {
   }
 
   play() {
-    if (!this.course || !this.course.span) return;
-    if (this.time >= this.course.stop) this.seek(this.course.start);
+    if (!this.ephemeris || !this.ephemeris.span) return;
+    if (this.time >= this.ephemeris.stop) this.seek(this.ephemeris.start);
     this.playing = true;
     this.#paintButton();
     let last = performance.now();
     const frame = (now) => {
       if (!this.playing) return;
-      const passed = Math.min(0.25, Math.max(0, (now - last) / 1000)); // no leap after a page was hidden
+      const elapsed = Math.min(0.25, Math.max(0, (now - last) / 1000)); // limited, because no frames are drawn while the page is hidden
       last = now;
-      this.seek(this.time + passed * this.usual * Number(this.speed.value));
-      if (this.time >= this.course.stop) this.pause();
+      this.seek(this.time + elapsed * this.normalRate * Number(this.speed.value));
+      if (this.time >= this.ephemeris.stop) this.pause();
       else requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
@@ -108,11 +108,11 @@ export class Player {
   }
 
   faster(steps) {
-    const wanted = this.speed.selectedIndex + steps;
-    this.speed.selectedIndex = Math.max(0, Math.min(FACTORS.length - 1, wanted));
+    const target = this.speed.selectedIndex + steps;
+    this.speed.selectedIndex = Math.max(0, Math.min(FACTORS.length - 1, target));
   }
 
-  /** Whether the key was one of ours. */
+  /** Handles a key; returns whether it is one of the player. */
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return false;
     const by = event.shiftKey ? 10 : 1;
@@ -135,17 +135,17 @@ export class Player {
   }
 
   #end(which) {
-    if (!this.course) return;
+    if (!this.ephemeris) return;
     this.pause();
-    this.seek(this.course[which]);
+    this.seek(this.ephemeris[which]);
   }
 
-  #pace(factor) {
-    return `1 s shows ${duration(factor * this.usual, 2)}`;
+  #speedLabel(factor) {
+    return `1 s shows ${duration(factor * this.normalRate, 2)}`;
   }
 
   #mark(event) {
-    const part = (event.elapsed_s - this.course.start) / (this.course.span || 1);
+    const part = (event.elapsed_s - this.ephemeris.start) / (this.ephemeris.span || 1);
     const mark = make("span", { title: event.text });
     mark.style.left = `${(100 * part).toFixed(3)}%`;
     return mark;

@@ -1,4 +1,4 @@
-// What else is plotted: columns of the ephemeris that the reader chooses, as the service computes them.
+// Further columns of the ephemeris that the user chooses to plot; the service computes them.
 
 import { byId, make } from "../dom.js";
 
@@ -6,7 +6,7 @@ export const AXES = ["x", "y", "z", "-x", "-y", "-z"];
 export const TARGETS = { sun: "Sun", earth: "nadir", velocity: "velocity", orbit_normal: "orbit normal", momentum: "momentum", magnetic_field: "magnetic field" };
 const SEQUENCES = ["ZYX", "ZXZ", "ZYZ", "XYZ"];
 
-// A kind of column: its words, the choices that complete its name, its title, and of which axis 1 sigma is known.
+// A kind of column: its label, the choices that complete its name, its title, and whether the axis has 1 sigma.
 const KINDS = {
   angle: { words: "Angle of a body axis to", choices: [AXES, Object.keys(TARGETS)], title: (axis, to) => `Angle of body ${axis} to ${TARGETS[to]}`, sigma: true },
   direction: { words: "Direction of a body axis", choices: [AXES], title: (axis) => `Direction of body ${axis}, inertial components`, sigma: true },
@@ -32,7 +32,7 @@ export class Quantities {
     this.#offer();
   }
 
-  /** {column, title, sigmaColumn} of each choice; sigmas only where the document is uncertain. */
+  /** {column, title, sigmaColumn} of each choice; sigmaColumn only where the document states an uncertainty. */
   chosen(uncertain) {
     return this.names.map((column) => {
       const [kind, ...choices] = column.split(":");
@@ -41,7 +41,7 @@ export class Quantities {
     });
   }
 
-  /** The columns that these need. */
+  /** The columns to request for these choices. */
   columns(uncertain) {
     return this.chosen(uncertain).flatMap(({ column, sigmaColumn }) => (sigmaColumn ? [column, sigmaColumn] : [column]));
   }

@@ -1,4 +1,4 @@
-// What the motion is, and where it stands at the time shown.
+// Constants of the motion, and the state at the current time.
 
 import { make } from "../dom.js";
 import { degrees, duration, figure, words } from "../numbers.js";
@@ -7,7 +7,7 @@ import { norm } from "../answers/rotation.js";
 const REGIMES = {
   short_axis: "short-axis: round the axis of greatest moment",
   long_axis: "long-axis: round the axis of least moment",
-  separatrix: "separatrix: towards the middle axis, for ever",
+  separatrix: "separatrix: asymptotic to the middle axis",
   constant_rate: "constant rate",
 };
 
@@ -16,29 +16,29 @@ export class Readouts {
     this.element = element;
   }
 
-  /** `motion` is the answer of /v1/motion, or the words in which it was refused. */
-  show(course, motion, torqued) {
-    this.course = course;
+  /** `motion` is the answer of /v1/motion, or the text of its refusal. */
+  show(ephemeris, motion, hasTorques) {
+    this.ephemeris = ephemeris;
     this.live = {};
     const rows = [
-      ...motionRows(motion, torqued),
-      ["Samples", `${course.length.toLocaleString("en")}, ${course.frame}`],
-      ...costRows(course.cost),
+      ...motionRows(motion, hasTorques),
+      ["Samples", `${ephemeris.length.toLocaleString("en")}, ${ephemeris.frame}`],
+      ...costRows(ephemeris.cost),
       ["Time of the sample", this.#live("date")],
       ["Rate |ω|", this.#live("rate")],
-      ...(course.bodyKnown ? [["Momentum |L|", this.#live("momentum")], ["Rotational energy", this.#live("energy")]] : []),
+      ...(ephemeris.bodyKnown ? [["Momentum |L|", this.#live("momentum")], ["Rotational energy", this.#live("energy")]] : []),
     ];
     this.element.replaceChildren(...rows.map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value))));
   }
 
   at(time) {
-    const { course, live } = this;
-    const i = course.index(time);
-    live.date.textContent = course.dates ? dated(course.dates[i], course.scale) : `${figure(course.t[i], 8)} s`;
-    live.rate.textContent = `${figure(course.rate[i], 6)} rad/s`;
-    if (!course.bodyKnown) return;
-    live.momentum.textContent = `${figure(norm(course.momentumAt(i)), 6)} N m s`;
-    live.energy.textContent = `${figure(course.energy[i], 6)} J`;
+    const { ephemeris, live } = this;
+    const i = ephemeris.index(time);
+    live.date.textContent = ephemeris.dates ? dated(ephemeris.dates[i], ephemeris.scale) : `${figure(ephemeris.t[i], 8)} s`;
+    live.rate.textContent = `${figure(ephemeris.rate[i], 6)} rad/s`;
+    if (!ephemeris.bodyKnown) return;
+    live.momentum.textContent = `${figure(norm(ephemeris.momentumAt(i)), 6)} N m s`;
+    live.energy.textContent = `${figure(ephemeris.energy[i], 6)} J`;
   }
 
   #live(name) {
@@ -49,9 +49,9 @@ export class Readouts {
 
 const dated = (date, scale) => `${date.replace("T", " ").replace(/(\.\d{3})\d*$/, "$1")} ${scale.toUpperCase()}`;
 
-function motionRows(motion, torqued) {
+function motionRows(motion, hasTorques) {
   if (typeof motion === "string") return [["Motion", motion]];
-  const at = torqued ? " at the epoch" : "";
+  const at = hasTorques ? " at the epoch" : "";
   const rate = motion.mean_precession_rate_rad_s;
   return [
     [`Regime${at}`, REGIMES[motion.regime] ?? words(motion.regime)],
@@ -71,8 +71,8 @@ function costRows(cost) {
   return [
     ["Solver", cost.solver],
     ["Computed in", duration((cost.set_up_s ?? 0) + cost.sample_s, 3)],
-    ["Error at most", bound === null || bound === undefined ? "not known" : sourced(`${figure(bound, 2)} rad`, cost.error_bound_source)],
+    ["Error at most", bound === null || bound === undefined ? "not known" : withSource(`${figure(bound, 2)} rad`, cost.error_bound_source)],
   ];
 }
 
-const sourced = (text, source) => make("span", { title: source ?? "" }, text);
+const withSource = (text, source) => make("span", { title: source ?? "" }, text);

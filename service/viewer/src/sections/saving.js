@@ -1,14 +1,14 @@
-// Files that the page itself makes, and those it was given.
+// Links to files that the page made or the service answered.
 
 import { make } from "../dom.js";
 
-let kept = null; // the address of the last file
+let lastAddress = null; // the address of the last file
 
-/** A link to a file. It stays valid until the next: a browser may take it long after the click. */
+/** A download link. It stays valid until the next is made: a browser may read it long after the click. */
 export function linkTo(blob, name) {
-  if (kept) URL.revokeObjectURL(kept);
-  kept = URL.createObjectURL(blob);
-  return make("a", { href: kept, download: name }, name);
+  if (lastAddress) URL.revokeObjectURL(lastAddress);
+  lastAddress = URL.createObjectURL(blob);
+  return make("a", { href: lastAddress, download: name }, name);
 }
 
 /** "Angle of body z to Sun" becomes "angle-of-body-z-to-sun". */

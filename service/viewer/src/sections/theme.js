@@ -1,16 +1,16 @@
-// Light, dark, or as the system has it.
+// The colour theme: light, dark, or that of the system.
 
 import { byId } from "../dom.js";
 
-const KEY = "attitude-theme";
+const STORAGE_KEY = "attitude-theme";
 
 export function installTheme(onChange) {
   const select = byId("theme");
-  select.value = kept() ?? "auto";
+  select.value = storedTheme() ?? "auto";
   apply(select.value);
   select.addEventListener("change", () => {
     apply(select.value);
-    keep(select.value);
+    storeTheme(select.value);
     onChange();
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", onChange);
@@ -21,19 +21,19 @@ function apply(theme) {
   else document.documentElement.dataset.theme = theme;
 }
 
-// Storage may be refused to a page; the choice then holds for this visit.
-function kept() {
+// A browser may deny storage; the choice then holds for this visit.
+function storedTheme() {
   try {
-    return localStorage.getItem(KEY);
+    return localStorage.getItem(STORAGE_KEY);
   } catch {
     return null;
   }
 }
 
-function keep(theme) {
+function storeTheme(theme) {
   try {
-    localStorage.setItem(KEY, theme);
+    localStorage.setItem(STORAGE_KEY, theme);
   } catch {
-    // for this visit, then
+    // holds for this visit
   }
 }

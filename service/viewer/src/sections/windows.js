@@ -1,4 +1,4 @@
-// When a condition holds: asked of the service, listed, and shaded on every plot.
+// Windows in which a condition holds: requested from the service, listed, and shaded on every plot.
 
 import * as api from "../answers/api.js";
 import { byId, make } from "../dom.js";
@@ -7,13 +7,13 @@ import { table } from "./plan.js";
 import { AXES, TARGETS } from "./quantities.js";
 import { linkTo } from "./saving.js";
 
-const MOST_ROWS = 200;
+const MAX_ROWS = 200;
 const SHADOWS = { umbra: "the umbra", penumbra: "the penumbra" };
 
 export class WindowsSection {
-  /** `onFound` is told the windows, `onPick` a time, s. */
-  constructor(onFound, onPick) {
-    Object.assign(this, { onFound, onPick, asked: false });
+  /** `onResult` is called with the windows, `onPick` with a time, s. */
+  constructor(onResult, onPick) {
+    Object.assign(this, { onResult, onPick, isRequested: false });
     const options = (choices) => Object.entries(choices).map(([value, text]) => make("option", { value }, text));
     byId("window-axis").replaceChildren(...AXES.map((axis) => make("option", { value: axis }, `body ${axis}`)));
     byId("window-axis").value = "z";
@@ -21,16 +21,16 @@ export class WindowsSection {
     byId("window-kind").addEventListener("change", () => this.#offer());
     byId("window-form").addEventListener("submit", (event) => {
       event.preventDefault();
-      this.asked = true;
+      this.isRequested = true;
       this.find();
     });
     byId("window-clear").addEventListener("click", () => this.#clear());
     byId("window-file").addEventListener("click", () => this.#file());
   }
 
-  /** Another scene: what was asked is asked again, where it can be. */
-  show({ text, plan, course }) {
-    Object.assign(this, { text, course });
+  /** Shows another scene; the condition is requested again where the scene has targets. */
+  show({ text, plan, ephemeris }) {
+    Object.assign(this, { text, ephemeris });
     const targets = plan?.targets ?? [];
     byId("window-to").replaceChildren(...targets.map((value) => make("option", { value }, TARGETS[value])));
     byId("window-kind").querySelector("[value=shadow]").disabled = !targets.includes("sun") || !targets.includes("earth");
@@ -38,20 +38,20 @@ export class WindowsSection {
     byId("window-find").disabled = !targets.length;
     this.#offer();
     this.#empty();
-    if (this.asked && targets.length) this.find();
+    if (this.isRequested && targets.length) this.find();
   }
 
   async find() {
     const { text } = this;
     const condition = this.#condition();
-    this.#say("Searching");
+    this.#setStatus("Searching");
     try {
       const answer = await api.post("v1/windows", body(text, condition));
       if (text === this.text) this.#list(answer);
     } catch (error) {
       if (!(error instanceof api.Refusal)) throw error;
       this.#empty();
-      this.#say(error.message, "bad");
+      this.#setStatus(error.message, "bad");
     }
   }
 
@@ -71,14 +71,14 @@ export class WindowsSection {
   #list({ windows, total_s: total, span_s: [start, stop] }) {
     const share = figure((100 * total) / (stop - start || 1), 3);
     const count = windows.length === 1 ? "1 window" : `${windows.length.toLocaleString("en")} windows`;
-    const more = windows.length > MOST_ROWS ? ` The first ${MOST_ROWS} are listed; the file holds all.` : "";
-    this.#say(windows.length ? `${count}, ${duration(total)} in all: ${share} % of the span.${more}` : "No window: it never holds.");
+    const more = windows.length > MAX_ROWS ? ` The first ${MAX_ROWS} are listed; the file holds all.` : "";
+    this.#setStatus(windows.length ? `${count}, ${duration(total)} in all: ${share} % of the span.${more}` : "No window: the condition never holds.");
     const unit = unitFor(Math.max(...windows.map((each) => each.duration_s)));
     const heads = ["From", "To", `Lasts, ${unit.name}`, "In the picture"];
-    byId("window-list").replaceChildren(windows.length ? table(heads, windows.slice(0, MOST_ROWS).map((each) => this.#row(each, unit))) : "");
+    byId("window-list").replaceChildren(windows.length ? table(heads, windows.slice(0, MAX_ROWS).map((each) => this.#row(each, unit))) : "");
     byId("window-clear").hidden = false;
     byId("window-file").hidden = !windows.length;
-    this.onFound(windows);
+    this.onResult(windows);
   }
 
   #row(window, unit) {
@@ -91,34 +91,34 @@ export class WindowsSection {
 
   async #file() {
     try {
-      const { blob, name } = await api.file("v1/windows?format=csv", body(this.text, this.#condition()), "windows.csv");
+      const { blob, name } = await api.download("v1/windows?format=csv", body(this.text, this.#condition()), "windows.csv");
       const link = linkTo(blob, name);
       byId("window-status").replaceChildren(link);
       link.click();
     } catch (error) {
-      this.#say(error.message, "bad");
+      this.#setStatus(error.message, "bad");
     }
   }
 
   #clear() {
-    this.asked = false;
+    this.isRequested = false;
     this.#empty();
   }
 
   #empty() {
-    this.#say("");
+    this.#setStatus("");
     byId("window-list").replaceChildren();
     byId("window-clear").hidden = byId("window-file").hidden = true;
-    this.onFound([]);
+    this.onResult([]);
   }
 
-  #say(text, kind = "") {
+  #setStatus(text, kind = "") {
     byId("window-status").textContent = text;
     byId("window-status").className = kind;
   }
 }
 
-/** The scene is sent as it is written, every digit of it. */
+/** The request, with the text of the scene unchanged. */
 const body = (text, condition) => `{"scene": ${text}, "condition": ${JSON.stringify(condition)}}`;
 
 const dated = (date) => date.replace("T", " ").replace(/(\.\d{3})\d*$/, "$1");

@@ -1,24 +1,24 @@
-// The answer of /v1/ephemeris as numbers to draw: columns in time order, and what lies between them.
+// The answer of /v1/ephemeris as arrays sorted by time, with interpolation for drawing.
 
-import { inOrder } from "./columns.js";
+import { timeOrder } from "./columns.js";
 import { difference, dot, norm, rotate, slerp, times } from "./rotation.js";
 
-// Beyond so much turn from one sample to the next, nobody can tell the way between them.
-export const MOST_TURN = Math.PI; // rad
+// Samples that are further apart cannot be interpolated: the rotation between them is ambiguous.
+export const MAX_TURN = Math.PI; // rad
 
 const SPHERE = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
-export class Course {
-  /** `isFollowed`: whether positions are those of a centre of mass that moves, not of an orbit. */
-  constructor(answer, isFollowed = true) {
+export class Ephemeris {
+  /** `isTranslated`: whether positions are those of a centre of mass that moves, not of an orbit. */
+  constructor(answer, isTranslated = true) {
     const columns = answer.columns;
-    const order = inOrder(columns.elapsed_s);
+    const order = timeOrder(columns.elapsed_s);
     const column = (name) => Float64Array.from(order, (i) => columns[name][i]);
     const vector = (names) => (names[0] in columns ? names.map(column) : null);
     this.name = answer.name;
     this.frame = answer.frame;
     this.scale = answer.time_scale;
-    this.cost = { ...answer.plan, ...answer.cost }; // what was done, and what it took
+    this.cost = { ...answer.plan, ...answer.cost }; // what was computed, and how long it took
     this.events = answer.events ?? [];
     this.jumps = this.events.map((event) => event.elapsed_s).sort((a, b) => a - b);
     // a file may hold neither a body nor rates
@@ -28,11 +28,11 @@ export class Course {
     this.dates = columns.time ? order.map((i) => columns.time[i]) : null;
     this.q = ["w", "x", "y", "z"].map((letter) => column(`q_${letter}`));
     this.omega = vector(["omega_x_rad_s", "omega_y_rad_s", "omega_z_rad_s"]) ?? this.#differences();
-    this.place = isFollowed ? vector(["position_x_m", "position_y_m", "position_z_m"]) : null;
-    // given where wheels or a sink hold some of it; else it is inertia times rate
-    const given = vector(["momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s"]);
-    this.ownMomentum = given !== null;
-    this.momentum = given ?? this.#momentum();
+    this.position = isTranslated ? vector(["position_x_m", "position_y_m", "position_z_m"]) : null;
+    // a column of its own where rotors or dissipation change it; otherwise inertia times rate
+    const columnsOfMomentum = vector(["momentum_x_N_m_s", "momentum_y_N_m_s", "momentum_z_N_m_s"]);
+    this.hasMomentumColumns = columnsOfMomentum !== null;
+    this.momentum = columnsOfMomentum ?? this.#momentum();
     this.energy = this.t.map((_, i) => 0.5 * dot(this.omegaAt(i), times(this.inertia, this.omegaAt(i))));
     this.sigmas = "attitude_covariance_xx_rad2" in columns ? this.#sigmas(column) : null;
     this.rate = this.t.map((_, i) => norm(this.omegaAt(i)));
@@ -56,9 +56,9 @@ export class Course {
     return this.stop - this.start;
   }
 
-  /** Whether the samples are close enough for a picture between them. */
+  /** Whether the samples are close enough to interpolate between them. */
   get connected() {
-    return this.turn <= MOST_TURN;
+    return this.turn <= MAX_TURN;
   }
 
   omegaAt(i) {
@@ -84,13 +84,13 @@ export class Course {
     return low;
   }
 
-  /** What is drawn at a time: interpolated where the samples are close enough, else the last sample. */
+  /** The state at a time: interpolated where the samples are close enough, otherwise that of the last sample. */
   at(t) {
     const i = this.index(t);
     const [here, next] = [this.t[i], this.t[i + 1]];
     const fraction = this.connected && next > here ? Math.min(1, Math.max(0, (t - here) / (next - here))) : 0;
     const jump = fraction > 0 ? this.#jumpIn(i) : null;
-    // what jumps at an event is that of the sample before it, then that of the sample after it
+    // rate and momentum jump at an event: those of the sample before it hold until then
     const part = jump === null ? fraction : Number(t >= jump);
     const between = (columns, by = part) => columns.map((c) => (by > 0 ? c[i] + by * (c[i + 1] - c[i]) : c[i]));
     return {
@@ -98,43 +98,43 @@ export class Course {
       quaternion: fraction > 0 ? slerp(this.quaternionAt(i), this.quaternionAt(i + 1), fraction) : this.quaternionAt(i),
       omega: this.#onEllipsoid(between(this.omega), between([this.energy])[0]),
       momentum: between(this.momentum),
-      place: this.place && between(this.place, fraction),
+      position: this.position && between(this.position, fraction),
       energy: between([this.energy])[0],
     };
   }
 
-  /** Times for lines through all: the samples, and between them steps that look smooth. */
-  smooth(most) {
-    const stride = Math.max(1, Math.ceil(this.length / most));
-    const parts = this.connected && stride === 1 ? Math.min(24, Math.ceil(this.turn / 0.05), Math.floor(most / this.length)) : 1;
-    const found = [];
+  /** Times at which curves are drawn: those of the samples, with steps between them so short that curves look smooth. */
+  smooth(maxCount) {
+    const stride = Math.max(1, Math.ceil(this.length / maxCount));
+    const parts = this.connected && stride === 1 ? Math.min(24, Math.ceil(this.turn / 0.05), Math.floor(maxCount / this.length)) : 1;
+    const instants = [];
     for (let i = 0; i < this.length; i += stride) {
       const step = ((this.t[i + 1] ?? this.t[i]) - this.t[i]) / parts;
-      for (let k = 0; k < (step > 0 ? parts : 1); k++) found.push(this.t[i] + k * step);
+      for (let k = 0; k < (step > 0 ? parts : 1); k++) instants.push(this.t[i] + k * step);
     }
-    return found;
+    return instants;
   }
 
-  /** The same in stretches between events, at which rate and momentum jump. */
-  stretches(most) {
-    const stretches = [[]];
+  /** These times divided at the events, where rate and momentum jump. */
+  segments(maxCount) {
+    const segments = [[]];
     let next = 0;
-    for (const t of this.smooth(most)) {
+    for (const t of this.smooth(maxCount)) {
       while (next < this.jumps.length && this.jumps[next] <= t) {
         next += 1;
-        if (stretches.at(-1).length) stretches.push([]);
+        if (segments.at(-1).length) segments.push([]);
       }
-      stretches.at(-1).push(t);
+      segments.at(-1).push(t);
     }
-    return stretches;
+    return segments;
   }
 
-  /** When in the interval after a sample something happens, s; null where nothing does. */
+  /** Time of the first event in the interval after a sample, s; null without an event. */
   #jumpIn(i) {
     return this.jumps.find((jump) => jump > this.t[i] && jump <= this.t[i + 1]) ?? null;
   }
 
-  /** 1 sigma of the quaternion's parts and of the rate's, from the covariances: of d = q (0, theta / 2). */
+  /** 1 sigma of the components of quaternion and rate, from the covariances: dq = q (0, theta / 2). */
   #sigmas(column) {
     const [xx, yy, zz, xy, xz, yz] = ["xx", "yy", "zz", "xy", "xz", "yz"].map((name) => column(`attitude_covariance_${name}_rad2`));
     const [w, x, y, z] = this.q;
@@ -145,7 +145,7 @@ export class Course {
     return [quaternion, rate];
   }
 
-  /** Rates from one sample to the next, where a file has none. */
+  /** Rates as differences of attitudes, for a file without rates. */
   #differences() {
     const columns = [0, 1, 2].map(() => new Float64Array(this.length));
     for (let i = 0; i < this.length; i++) {
@@ -166,18 +166,18 @@ export class Course {
   }
 
   #greatestTurn() {
-    let most = 0;
+    let greatest = 0;
     for (let i = 1; i < this.length; i++) {
       const rate = Math.max(this.rate[i - 1], this.rate[i]);
-      most = Math.max(most, rate * (this.t[i] - this.t[i - 1]));
+      greatest = Math.max(greatest, rate * (this.t[i] - this.t[i - 1]));
     }
-    return most;
+    return greatest;
   }
 
-  /** A chord between two rates, put back on the ellipsoid of its energy. */
+  /** A linearly interpolated rate, scaled to the interpolated energy. */
   #onEllipsoid(omega, energy) {
-    const found = 0.5 * dot(omega, times(this.inertia, omega));
-    return found > 0 && energy > 0 ? omega.map((x) => x * Math.sqrt(energy / found)) : omega;
+    const chordEnergy = 0.5 * dot(omega, times(this.inertia, omega));
+    return chordEnergy > 0 && energy > 0 ? omega.map((x) => x * Math.sqrt(energy / chordEnergy)) : omega;
   }
 }
 
