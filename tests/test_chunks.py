@@ -121,6 +121,12 @@ print(peak_of(10**7))
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+@pytest.mark.parametrize(("start", "stop", "count"), [(-20.0, 0.0, 30), (-6.77, 21.2, 117)])
+def test_last_instant_of_a_count_is_stop_itself(start, stop, count):
+    last = Grid(start, stop, count).part(count - 1, count)
+    assert (last.seconds[0], last.low[0]) == (stop, 0.0)
+
+
 def test_memory_is_that_of_one_chunk():
     """A chunk of 1e5 instants is 3.2 MB of attitudes and 1.6 MB of instants; all 1e7 would be 480 MB."""
     run = subprocess.run([sys.executable, "-c", RESIDENT], capture_output=True, text=True, check=True)

@@ -254,18 +254,20 @@ def search_spacing(
 def spans_between_events(samples: Samples) -> list[tuple[float, float]]:
     """First and last instant of each span between events; for a single instant they are equal.
 
-    A span ends just before its event, whose effect belongs to the next span.
+    A span ends just before its event, whose effect belongs to the next span; there is none after an event at
+    the last instant.
     """
     first, last = float(samples.first.elapsed[0]), float(samples.last.elapsed[0])
     if last < first:
         raise FormatError("the last instant is before the first")
-    between = {event.seconds: event.kind for event in samples.first.events if first < event.seconds < last}
-    starts, stops = [first], []
+    between = {event.seconds: event.kind for event in samples.first.events if first < event.seconds <= last}
+    starts, stops = [first], list[float]()
     for seconds, kind in sorted(between.items()):
         margin = CONTACT_TIME_ERROR if kind == "contact" else 0.0
         stops.append(max(starts[-1], min(seconds - margin, float(np.nextafter(seconds, -np.inf)))))
         starts.append(min(seconds + margin, last))
-    return list(zip(starts, [*stops, last], strict=True))
+    spans = list(zip(starts, [*stops, last], strict=True))
+    return spans[:-1] if last in between else spans
 
 
 def even_nodes(samples: Samples, start: float, stop: float, step: float) -> Samples:

@@ -14,6 +14,7 @@ from ..frames import rotations
 from ..times.instants import Instants
 
 MAX_STATED_DEGREE = 31  # that a file may state (SPICE takes 27): memory and time grow with its square
+DATE_ROUNDING = 1e-9  # s, of dates in files, and more than that of dates in doubles
 MIN_LENGTH = 0.1  # of a polynomial through unit quaternions; where it is shorter they are too far apart
 
 
@@ -73,10 +74,16 @@ class Interpolation:
     sign_changes: int = 0
 
     def owners(self, seconds: np.ndarray) -> np.ndarray:
-        """(n,) the segment of each instant, the later of two that share it; -1 where there is none."""
+        """(n,) the segment of each instant, the later of two that share it; -1 where there is none.
+
+        An instant less than a nanosecond outside a segment, in which dates are rounded, belongs to it.
+        """
         starts, stops = self.ends
-        owners = np.searchsorted(starts, seconds, side="right") - 1
-        return np.where(seconds <= stops[np.maximum(owners, 0)], owners, -1)
+        before = np.searchsorted(starts, seconds, side="right") - 1
+        after = np.minimum(before + 1, len(starts) - 1)
+        is_before = (before >= 0) & (seconds <= stops[before] + DATE_ROUNDING)
+        is_after = np.abs(starts[after] - seconds) <= DATE_ROUNDING
+        return np.where(is_before, before, np.where(is_after, after, -1))
 
     @cached_property
     def ends(self) -> tuple[np.ndarray, np.ndarray]:

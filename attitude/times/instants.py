@@ -392,6 +392,8 @@ class Grid:
             raise InputError("times", f"{count} samples", "as many samples as memory can hold") from None
         spacing = np.array([self.start, self.stop, self.count - 1, self.step, *self._ratio], dtype=float)
         compiled.grid(spacing, float(first), seconds, seconds_low)
+        if self.step == 0.0 and first < last == self.count > 1:  # stop itself, without the rounding of a sum
+            compiled.scaled(np.array([self.stop]), *self._ratio, seconds[-1:], seconds_low[-1:])
         if self._first_date is not None:
             origin = as_instants(self._first_date, epoch, "times.start")
             seconds, rounding = two_sum(float(origin.seconds), seconds)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from astropy.time import TimeDelta
+from astropy.time import Time, TimeDelta
 from scipy.interpolate import BarycentricInterpolator, KroghInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -117,6 +117,20 @@ def test_file_that_states_nothing_is_interpolated_by_slerp(ending, tmp_path):
     assert (back.resampled(t).rotation * expected.inv()).magnitude().max() <= 1e-14
     assert "slerp (the file states no method)" in back.resampled(t).plan.solver
     assert np.abs(back.resampled(T).quaternion("wxyz") - whole.quaternion("wxyz")).max() <= 1e-15
+
+
+@pytest.mark.parametrize("ending", ["aem", "acm", "a", "czml", "npz", "bc"])
+def test_dates_of_the_first_and_last_attitude_are_within_the_file(ending, tmp_path):
+    """Whatever dates in doubles, and those of nanoseconds in the file, round away."""
+    for second in (3.141592653589793, 17.38905609893065, 58.1839505):
+        epoch = Time(f"2017-01-01T00:00:{second:012.9f}", scale="tdb")
+        whole = motion(epoch).at(np.linspace(0.0, 9417.393580828717, 40))
+        whole.write(tmp_path / f"a.{ending}")
+        options = {"clock_id": -999} if ending == "bc" else {}
+        back = Ephemeris.read(tmp_path / f"a.{ending}", **options)
+        resampled = back.resampled(whole.time[[0, -1]])
+        own = back[np.array([0, -1])]
+        assert (resampled.rotation * own.rotation.inv()).magnitude().max() < 1e-8
 
 
 def test_instants_outside_a_file_and_in_its_gaps_are_refused(tmp_path):

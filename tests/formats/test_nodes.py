@@ -236,6 +236,15 @@ def test_nobody_interpolates_across_an_impulse():
         assert np.ptp(energy) <= 1e-9 * energy[0]
 
 
+def test_an_impulse_at_the_last_instant_adds_no_node():
+    """Hermite's polynomials would have the rate after it at the last node."""
+    impulse = KICKED | {"time": {"value": 360.0, "unit": "s"}}
+    hermite = Interpolant("hermite", 7)
+    plain, kicked = (chosen(Samples.of(flight(effects)), hermite, 1e-6) for effects in ([], [impulse]))
+    assert kicked.written.nodes < 1.1 * plain.written.nodes < 100
+    assert 360.0 - 1e-12 < float(kicked.segments[-1].last.elapsed[0]) < 360.0
+
+
 def test_one_instant_has_nothing_between():
     nodes = chosen(Samples.of(MOTION.at([3.0])), LAGRANGE)
     assert nodes.written == (1, 0.0, None)
@@ -323,7 +332,8 @@ FLIGHTS = {
 
 
 def flight(name, step=1.0):
-    moments, rate, effects = FLIGHTS[name]
+    """A flight of the table, or the kicked one under other effects."""
+    moments, rate, effects = FLIGHTS[name] if isinstance(name, str) else (*FLIGHTS["kicked"][:2], name)
     document = {
         "body": {"moments": moments, "unit": "kg m2"},
         "epoch": {"time": "2020-01-01T00:00:00", "scale": "utc"},
