@@ -146,12 +146,11 @@ def _first_intervals(
     """
     rate = float(function.max_rate(state[None], np.zeros(1))[0])
     count = np.ceil(rate * (stop - start) / STEP) if np.isfinite(rate) else 1.0
-    block = stop - start
+    end = stop  # not a sum, whose rounding could lead beyond it
     if count > MAX_INTERVALS_PER_BLOCK:
-        block, count = block * (MAX_INTERVALS_PER_BLOCK / count), MAX_INTERVALS_PER_BLOCK
-    nodes = np.unique(
-        np.linspace(start, max(start + block, np.nextafter(start, stop)), int(max(count, 1.0)) + 1)
-    )
+        block = (stop - start) * (MAX_INTERVALS_PER_BLOCK / count)
+        end, count = min(stop, max(start + block, np.nextafter(start, stop))), MAX_INTERVALS_PER_BLOCK
+    nodes = np.unique(np.linspace(start, end, int(max(count, 1.0)) + 1))
     sample = function(nodes, np.zeros_like(nodes))
     base, values = nodes[:-1], sample.values
     intervals = Intervals(

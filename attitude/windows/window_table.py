@@ -21,7 +21,8 @@ from .bounded_functions import BoundedMotion, bounded_function
 from .condition import Condition
 from .root_search import crossings
 
-DEFAULT_WIDTH = 1e-6  # of the shortest period of the motion at the start
+DEFAULT_WIDTH = 1e-6  # of the shortest period of the motion
+RATE_INSTANTS = 15  # over the span of a motion under torques, at which that period is taken
 SECOND_DECIMALS = 9
 SAME_INSTANT = 1e-9  # s, between crossings of two functions
 
@@ -186,7 +187,7 @@ def find_windows(
     Parameters
     ----------
     width : s; windows and gaps that are narrower may be missed; by default 1e-6 of a turn at the greatest
-        rate that the body reaches from its state at the start
+        rate that the body reaches from its states at some instants
     progress : called with the fraction that is done
 
     Raises
@@ -196,8 +197,11 @@ def find_windows(
         its threshold.
     """
     if width is None:
-        first = motion.sampled(np.array([motion.start]), np.zeros(1))
-        rate = float(motion.rate(first)[0])
+        # torques and impulses may spin the body up
+        within = [cut for cut in motion.cuts if motion.start < cut < motion.stop]
+        even = np.linspace(motion.start, motion.stop, RATE_INSTANTS if motion.growth else 1)
+        seconds = np.unique(np.append(even, within))
+        rate = float(motion.rate(motion.sampled(seconds, np.zeros_like(seconds))).max())
         width = DEFAULT_WIDTH * 2.0 * np.pi / rate if rate > 0.0 else DEFAULT_WIDTH
     if not 0.0 < width < np.inf:
         raise InputError("width", width, "a time above 0, s")

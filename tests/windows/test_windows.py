@@ -218,6 +218,45 @@ def test_windows_across_an_impulse_are_those_of_the_scan():
     assert inside(windows, t[holds]).all()
 
 
+SPIN_UP = {
+    "torque": {
+        "type": "constant_torque",
+        "frame": "body",
+        "torque": {"value": [0.0, 0.0, 1e-3], "unit": "N m"},
+    },
+    "impulse": {
+        "type": "impulse",
+        "frame": "body",
+        "time": {"value": 10.0, "unit": "s"},
+        "angular_impulse": {"value": [0.0, 0.0, 0.2], "unit": "N m s"},
+    },
+}
+
+
+@pytest.mark.parametrize("effect", SPIN_UP.values(), ids=SPIN_UP)
+def test_windows_of_a_body_that_is_spun_up_are_those_of_the_scan(effect):
+    """A millionth of its turn at the start would be hours."""
+    scene = document(
+        angular_velocity={"value": [0.0, 1e-10, 1e-9], "unit": "rad/s"},
+        effects=[effect],
+        times={"start": 0, "stop": 400, "count": 40_001, "unit": "s"},
+    )
+    windows, ephemeris = scene.crossings(angle("x", to=[0.0, 1.0, 0.0]) < 60 * u.deg), scene.run()
+    holds = ephemeris.angle("x", [0.0, 1.0, 0.0]) < 60 * DEG
+    assert len(windows) == scanned(holds)[0] > 5
+    assert inside(windows, ephemeris.elapsed[holds]).all()
+
+
+def test_impulse_at_the_epoch_turns_the_momentum_then_and_once():
+    kick = {"type": "impulse", "frame": "body", "time": {"value": 0.0, "unit": "s"}}
+    kick["angular_impulse"] = {"value": [40.0, 40.0, 0.0], "unit": "N m s"}
+    times = {"start": -1000, "stop": 1000, "count": 2, "unit": "s"}
+    scene = document(effects=[kick], times=times)
+    before, after = (float(scene.run().resampled([t]).angle("x", "momentum")[0]) for t in (-1e-6, 0.0))
+    windows = scene.crossings(angle("x", to="momentum") < 0.5 * (before + after))
+    assert 0.0 in [*windows.start.seconds, *windows.stop.seconds]
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("seconds", [1000.0, 3000.0], ids=["within", "last instant"])
 def test_window_of_the_momentum_that_an_impulse_ends_is_found_up_to_it(seconds, sign):
