@@ -25,6 +25,20 @@ class CkRecords(NamedTuple):
     quaternion: np.ndarray
     velocity: np.ndarray | None
 
+    @property
+    def c_quaternion(self) -> np.ndarray:
+        """(n, 4) quaternions of SPICE's C-matrices, contiguous as CSPICE takes them."""
+        return np.ascontiguousarray(rotations.conjugate(self.quaternion))
+
+    @property
+    def packets(self) -> np.ndarray:
+        """(n, 8): those and their derivatives, dq/dt = Omega q / 2 with inertial components of Omega."""
+        assert self.velocity is not None
+        q = rotations.sign_continuous(self.quaternion)
+        pure = np.concatenate([np.zeros((len(q), 1)), self.velocity], axis=1)
+        packets = [rotations.conjugate(part) for part in (q, 0.5 * rotations.product(pure, q))]
+        return np.ascontiguousarray(np.concatenate(packets, axis=1))
+
     def part(self, key: Any) -> CkRecords:
         """Part of the records: at an index, a slice or a mask."""
         velocity = None if self.velocity is None else self.velocity[key]

@@ -19,9 +19,6 @@ from .ck_records import (
     rotate_at_constant_rate,
 )
 
-MAX_NUMBER = 1e100  # ticks, or rad/s: its square is still finite
-MAX_ROTATION_OF_PART, MAX_PARTS = 0.5 * np.pi, 10**7  # of records of type 2, rad, and their number
-MAX_WINDOW = 24  # records that one polynomial goes through
 # Numbers in a packet of types 5 and 6 by their subtypes, of which 0 and 2 hold derivatives too.
 PACKET_SIZES = (8, 4, 14, 7)
 
@@ -50,144 +47,166 @@ class CkSegment(NamedTuple):
 
 def segments(array: daf.Array, rank: int, source: str) -> list[CkSegment]:
     """What an array of the file holds: one segment, of type 6 one for each mini-segment."""
-    kind, width = array.integers[2], 7 if array.integers[3] == 1 else 4
-    if kind not in (1, 2, 3, 5, 6):
-        raise FormatError(f"a segment of type {kind}; types 1, 2, 3, 5 and 6 are read", source)
-    if not (np.abs(array.values) < MAX_NUMBER).all():
-        raise FormatError("a number that is not finite, or none of an attitude", source)
-    if kind == 6:
-        return [segment._replace(rank=rank) for segment in _type_6(array, source)]
-    read = {1: _type_1, 2: _type_2, 3: _type_3, 5: _type_5}[kind]
-    segment = read(array, width, source)._replace(rank=rank)
-    _check_ticks(segment.records.ticks, source)
-    return [segment]
+    reader = SegmentReader(array, array.values, f"a segment of type {array.integers[2]}", source)
+    return [segment._replace(rank=rank) for segment in reader.segments()]
 
 
-def _check_ticks(ticks: np.ndarray, source: str) -> None:
-    if not (np.diff(ticks) > 0.0).all():
-        raise FormatError("instants of a segment that do not increase", source)
+class SegmentReader(NamedTuple):
+    """The numbers of a segment, or of a mini-segment, as records; FormatError where they are none.
 
+    array : of the file, with its descriptor
+    values : the numbers
+    noun : what they are, for errors
+    """
 
-def _type_1(array: daf.Array, width: int, source: str) -> CkSegment:
-    """Segment of records, their ticks, each hundredth of these, and their count."""
-    count = _count(array.values[-1], source)
-    ends = _layout(array, [count * width, count, (count - 1) // 100, 1], source)
-    table, ticks = array.values[: ends[0]].reshape(count, width), array.values[ends[0] : ends[1]]
-    begins = np.arange(count) == 0
-    records = CkRecords(ticks, rotations.conjugate(table[:, :4]), _velocity(table, 4))
-    return _covered(CkSegment(records, begins, False, None, 0), array, source)
+    array: daf.Array
+    values: np.ndarray
+    noun: str
+    source: str
 
+    @property
+    def has_rates(self) -> bool:
+        """Whether the segment is said to have angular velocities."""
+        return self.array.integers[3] == 1
 
-def _velocity(table: np.ndarray, column: int) -> np.ndarray | None:
-    return table[:, column : column + 3] if table.shape[1] >= column + 3 else None
+    def segments(self) -> list[CkSegment]:
+        """The segment, of type 6 its mini-segments, within the span that its descriptor states."""
+        kind = self.array.integers[2]
+        if kind not in (1, 2, 3, 5, 6):
+            raise self.error(f"{self.noun}; types 1, 2, 3, 5 and 6 are read")
+        if not (np.abs(self.values) < 1e100).all():  # ticks, or rad/s: the square is still finite
+            raise self.error("a number that is not finite, or none of an attitude")
+        if kind == 6:
+            return self.mini_segments()
+        segment = self.rotations() if kind == 2 else self.packets() if kind == 5 else self.records()
+        ticks = segment.records.ticks
+        inside = (ticks >= self.array.doubles[0]) & (ticks <= self.array.doubles[1])
+        if not inside.any():
+            raise self.error("a segment that covers none of its records")
+        return [segment if inside.all() else segment.part(inside)]
 
+    # -- numbers --------------------------------------------------------------------------------
 
-def _layout(array: daf.Array, counts: list[int], source: str) -> np.ndarray:
-    """Where each part of an array ends, of these sizes; FormatError unless they are all of it."""
-    ends = np.cumsum(counts)
-    if ends[-1] != array.values.size:
-        kind = array.integers[2]
-        raise FormatError(f"a segment of type {kind} whose size does not match its counts", source)
-    return ends
+    def error(self, reason: str) -> FormatError:
+        """FormatError that names the file."""
+        return FormatError(reason, self.source)
 
+    def count(self, value: float) -> int:
+        """A number that counts something."""
+        if not (1 <= value <= MAX_ID and value == int(value)):
+            raise self.error(f"a count of {float(value)!r}")
+        return int(value)
 
-def _type_3(array: daf.Array, width: int, source: str) -> CkSegment:
-    """Segment of records, their ticks, each hundredth of these, interval starts likewise, and two counts."""
-    values = array.values
-    intervals, count = (_count(value, source) for value in values[-2:]) if values.size > 2 else (0, 0)
-    sizes = [count * width, count, (count - 1) // 100, intervals, (intervals - 1) // 100, 2]
-    ends = _layout(array, sizes, source)
-    table = values[: ends[0]].reshape(count, width)
-    ticks = values[ends[0] : ends[1]]
-    begins = _interval_begins(ticks, values[ends[2] : ends[3]], source)
-    records = CkRecords(ticks, rotations.conjugate(table[:, :4]), _velocity(table, 4))
-    return _covered(CkSegment(records, begins, False, InterpolationMethod(), 0), array, source)
+    def parts(self, *sizes: int) -> list[np.ndarray]:
+        """The numbers in parts of these sizes, which must be all of them."""
+        if sum(sizes) != self.values.size:
+            raise self.error(f"{self.noun} whose size does not match its counts")
+        return np.split(self.values, np.cumsum(sizes[:-1]))
 
+    def check_ticks(self, ticks: np.ndarray) -> None:
+        """Refuse instants that do not increase."""
+        if not (np.diff(ticks) > 0.0).all():
+            raise self.error("instants of a segment that do not increase")
 
-def _interval_begins(ticks: np.ndarray, starts: np.ndarray, source: str) -> np.ndarray:
-    """(n,) bool: the records at whose ticks interpolation intervals begin."""
-    _check_ticks(ticks, source)
-    begins = np.isin(ticks, starts)
-    if not begins[0] or begins.sum() != len(starts):
-        raise FormatError("intervals that begin between the records of their segment", source)
-    return begins
+    def begins(self, ticks: np.ndarray, starts: np.ndarray) -> np.ndarray:
+        """(n,) bool: the records at whose ticks interpolation intervals begin."""
+        self.check_ticks(ticks)
+        begins = np.isin(ticks, starts)
+        if not begins[0] or begins.sum() != len(starts):
+            raise self.error("intervals that begin between the records of their segment")
+        return begins
 
+    # -- types ----------------------------------------------------------------------------------
 
-def _covered(segment: CkSegment, array: daf.Array, source: str) -> CkSegment:
-    """The records within the span that the segment's descriptor states."""
-    ticks = segment.records.ticks
-    inside = (ticks >= array.doubles[0]) & (ticks <= array.doubles[1])
-    if not inside.any():
-        raise FormatError("a segment that covers none of its records", source)
-    return segment if inside.all() else segment.part(inside)
+    def records(self) -> CkSegment:
+        """Types 1 and 3: records, their ticks, each hundredth of these; of type 3 interval starts likewise.
 
+        Then their counts.
+        """
+        is_type_1 = self.array.integers[2] == 1
+        if is_type_1:
+            counts = [self.count(self.values[-1])]
+        elif self.values.size > 2:
+            counts = [self.count(value) for value in self.values[-2:]][::-1]
+        else:
+            counts = [0, 0]
+        sizes = [size for count in counts for size in (count, (count - 1) // 100)]
+        width = 7 if self.has_rates else 4
+        table, ticks, _, *intervals = self.parts(counts[0] * width, *sizes, len(counts))
+        table = table.reshape(-1, width)
+        begins = self.begins(ticks, ticks[:1] if is_type_1 else intervals[0])
+        velocity = table[:, 4:] if self.has_rates else None
+        records = CkRecords(ticks, rotations.conjugate(table[:, :4]), velocity)
+        return CkSegment(records, begins, False, None if is_type_1 else InterpolationMethod(), 0)
 
-def _type_5(array: daf.Array, width: int, source: str) -> CkSegment:
-    """Segment of packets, their ticks and interval starts as of type 3, and five numbers of control."""
-    values = array.values
-    if values.size < 5:
-        raise FormatError("a segment of type 5 whose size does not match its counts", source)
-    rate, (subtype, window, intervals, count) = values[-5], _control(values[-4:], source)
-    size = PACKET_SIZES[subtype]
-    sizes = [count * size, count, (count - 1) // 100, intervals, (intervals - 1) // 100, 5]
-    ends = _layout(array, sizes, source)
-    ticks = values[ends[0] : ends[1]]
-    begins = _interval_begins(ticks, values[ends[2] : ends[3]], source)
-    packets = Packets(values[: ends[0]].reshape(count, size), ticks, begins, subtype, window, float(rate))
-    return _covered(packets.segment(width == 7, source), array, source)
+    def packets(self) -> CkSegment:
+        """Type 5: packets, their ticks and interval starts as of type 3, and five numbers of control.
 
+        A mini-segment of type 6 is one interval, with neither starts nor their number.
+        """
+        is_mini = self.array.integers[2] == 6
+        control = self.values[-4:] if is_mini else self.values[-5:]
+        if is_mini and control.size < 4:
+            raise self.error("a mini-segment without its numbers of control")
+        if control.size < (4 if is_mini else 5):
+            raise self.error(f"{self.noun} whose size does not match its counts")
+        rate, subtype, window, *intervals, count = control
+        if subtype not in range(len(PACKET_SIZES)):
+            raise self.error(f"a segment of subtype {float(subtype)!r}; 0 to 3 are read")
+        window, *intervals, count = (self.count(value) for value in (window, *intervals, count))
+        if window > 24 or sum(intervals) > count:
+            of = f"{intervals[0] if intervals else 1} intervals of {count} records"
+            raise self.error(f"a window of {window} records, {of}")
+        size = PACKET_SIZES[int(subtype)]
+        sizes = [size for each in (count, *intervals) for size in (each, (each - 1) // 100)]
+        table, ticks, _, *starts = self.parts(count * size, *sizes, control.size)
+        begins = self.begins(ticks, ticks[:1] if is_mini else starts[0])
+        packets = Packets(table.reshape(count, size), ticks, begins, int(subtype), window, float(rate))
+        return packets.segment(self.has_rates, self.source)
 
-def _type_6(array: daf.Array, source: str) -> list[CkSegment]:
-    """Mini-segments, the bounds of their intervals, each hundredth of these, where they are, two numbers."""
-    values = array.values
-    count = _count(values[-1], source)
-    ends = np.cumsum([count + 1, count // 100, count + 1, 2])
-    base = values.size - ends[-1]
-    if base < 0:
-        raise FormatError("a segment of type 6 whose size does not match its counts", source)
-    bounds = values[base : base + ends[0]]
-    pointers = [_count(value, source) - 1 for value in values[base + ends[1] : base + ends[2]]]
-    if not (np.diff(bounds) > 0.0).all() or pointers[0] != 0 or pointers[-1] != base:
-        raise FormatError("mini-segments that do not follow each other", source)
-    takes_last = values[-2] == 1.0
-    read = []
-    for k in range(count):
-        mini = _mini_segment(values[pointers[k] : pointers[k + 1]], array.integers[3] == 1, source)
-        ticks = mini.records.ticks
-        start, stop = max(bounds[k], array.doubles[0]), min(bounds[k + 1], array.doubles[1])
-        inside = (ticks >= start) & (ticks <= stop)
-        if not takes_last and k > 0:  # the instant of a bound belongs to the mini-segment before
-            inside &= ticks > bounds[k]
-        elif takes_last and k + 1 < count:
-            inside &= ticks < bounds[k + 1]
-        if inside.any():
-            read.append(mini.part(inside))
-    return read
+    def mini_segments(self) -> list[CkSegment]:
+        """Type 6: mini-segments, the bounds of their intervals, each hundredth of these, where they are.
 
+        Then two numbers: whether the instant of a bound belongs to the later of two, and their count.
+        """
+        count = self.count(self.values[-1])
+        sizes = [count + 1, count // 100, count + 1, 2]
+        base = self.values.size - sum(sizes)
+        if base < 0:
+            raise self.error(f"{self.noun} whose size does not match its counts")
+        _, bounds, _, offsets, (takes_last, _) = self.parts(base, *sizes)
+        pointers = [self.count(value) - 1 for value in offsets]
+        if not (np.diff(bounds) > 0.0).all() or pointers[0] != 0 or pointers[-1] != base:
+            raise self.error("mini-segments that do not follow each other")
+        read = []
+        for k in range(count):
+            values = self.values[pointers[k] : pointers[k + 1]]
+            mini = self._replace(values=values, noun="a mini-segment").packets()
+            ticks = mini.records.ticks
+            start, stop = max(bounds[k], self.array.doubles[0]), min(bounds[k + 1], self.array.doubles[1])
+            inside = (ticks >= start) & (ticks <= stop)
+            if takes_last != 1.0 and k > 0:
+                inside &= ticks > bounds[k]
+            elif takes_last == 1.0 and k + 1 < count:
+                inside &= ticks < bounds[k + 1]
+            if inside.any():
+                read.append(mini.part(inside))
+        return read
 
-def _mini_segment(values: np.ndarray, has_rates: bool, source: str) -> CkSegment:
-    if values.size < 4:
-        raise FormatError("a mini-segment without its numbers of control", source)
-    rate, (subtype, window, _, count) = values[-4], _control(np.insert(values[-3:], 2, 1.0), source)
-    size = PACKET_SIZES[subtype]
-    ends = np.cumsum([count * size, count, (count - 1) // 100, 4])
-    if ends[-1] != values.size:
-        raise FormatError("a mini-segment whose size does not match its counts", source)
-    ticks = values[ends[0] : ends[1]]
-    begins = _interval_begins(ticks, ticks[:1], source)
-    packets = Packets(values[: ends[0]].reshape(count, size), ticks, begins, subtype, window, float(rate))
-    return packets.segment(has_rates, source)
-
-
-def _control(values: np.ndarray, source: str) -> list[int]:
-    """Subtype, window, number of intervals and number of packets."""
-    subtype, *counts = values
-    if subtype not in range(len(PACKET_SIZES)):
-        raise FormatError(f"a segment of subtype {float(subtype)!r}; 0 to 3 are read", source)
-    window, intervals, count = (_count(value, source) for value in counts)
-    if window > MAX_WINDOW or intervals > count:
-        raise FormatError(f"a window of {window} records, {intervals} intervals of {count} records", source)
-    return [int(subtype), window, intervals, count]
+    def rotations(self) -> CkSegment:
+        """Type 2: records, when they begin, when they end, every hundredth of the beginnings."""
+        count = -(-(100 * self.values.size + 1) // 1001)
+        if count < 1 or self.values.size != 10 * count + (count - 1) // 100:
+            raise self.error("a segment of type 2 whose size matches no count of records")
+        table, start, stop, _ = self.parts(8 * count, count, count, (count - 1) // 100)
+        table = table.reshape(count, 8)
+        if not ((stop >= start).all() and (start[1:] >= stop[:-1]).all() and (table[:, 7] > 0.0).all()):
+            raise self.error("intervals of a segment that do not follow each other")
+        if not self.array.doubles[0] <= start[0] <= stop[-1] <= self.array.doubles[1]:
+            raise self.error("a segment that covers parts of its records")
+        segment = _interval_ends(*_parts_of_turns(table, start, stop, self.source))
+        self.check_ticks(segment.records.ticks)
+        return segment
 
 
 class Packets(NamedTuple):
@@ -244,34 +263,13 @@ class Packets(NamedTuple):
         return np.where(is_flipped, -derivative, derivative)
 
 
-def _count(value: float, source: str) -> int:
-    if not (1 <= value <= MAX_ID and value == int(value)):
-        raise FormatError(f"a count of {float(value)!r}", source)
-    return int(value)
-
-
-def _type_2(array: daf.Array, _: int, source: str) -> CkSegment:
-    """Segment of records, when they begin, when they end, every hundredth of the beginnings."""
-    values = array.values
-    count = -(-(100 * values.size + 1) // 1001)
-    if count < 1 or values.size != 10 * count + (count - 1) // 100:
-        raise FormatError("a segment of type 2 whose size matches no count of records", source)
-    table = values[: 8 * count].reshape(count, 8)
-    start, stop = values[8 * count : 9 * count], values[9 * count : 10 * count]
-    if not ((stop >= start).all() and (start[1:] >= stop[:-1]).all() and (table[:, 7] > 0.0).all()):
-        raise FormatError("intervals of a segment that do not follow each other", source)
-    if not array.doubles[0] <= start[0] <= stop[-1] <= array.doubles[1]:
-        raise FormatError("a segment that covers parts of its records", source)
-    return _interval_ends(*_parts_of_turns(table, start, stop, source))
-
-
 def _parts_of_turns(
     table: np.ndarray, start: np.ndarray, stop: np.ndarray, source: str
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Records of type 2 of which none turns by more than a right angle: attitudes tell no whole turns."""
     rotation = np.sqrt((table[:, 4:7] ** 2).sum(axis=1)) * (stop - start) * table[:, 7]
-    counts = np.maximum(np.ceil(rotation / MAX_ROTATION_OF_PART), 1.0)
-    if not counts.sum() <= MAX_PARTS:
+    counts = np.maximum(np.ceil(rotation / (0.5 * np.pi)), 1.0)
+    if not counts.sum() <= 1e7:
         raise FormatError(f"records of type 2 that turn by {rotation.sum():.3g} rad", source)
     if (counts == 1.0).all():
         return table, start, stop

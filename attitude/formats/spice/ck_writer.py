@@ -29,14 +29,11 @@ from .ck_records import MAX_ID, CkRecords, check_id, concatenated, rotate_at_con
 from .cspice import calling
 from .reference_frames import NUMBERS
 
-BLOCK_BYTES = 1 << 22
 POLYNOMIALS = (5, 6)  # types of Hermite's polynomials
 MAX_ROTATION = 1000.0  # rad; beyond, the rotation since a record's start loses its thirteenth digit
 # SPICE's names of frames: the same frame under another name, or the same name.
 SPICE_FRAMES = {"ICRF": "J2000", "GCRF": "J2000", "ECLIPJ2000": "ECLIPJ2000"}
-EPS = float(np.finfo(float).eps)
-# Greatest lengths of SPICE's names; a frame's is part of a variable's, which has 32 characters.
-MAX_FRAME_LENGTH, MAX_SEGMENT_LENGTH, MAX_FILE_LENGTH = 26, 40, 60
+MAX_FRAME_LENGTH = 26  # of a frame's name, which is part of a variable's, of 32 characters
 
 
 @dataclass(frozen=True)
@@ -106,7 +103,7 @@ class CkTarget(NamedTuple):
     @property
     def segment_name(self) -> str:
         """Cut a name to the length that a segment's may have."""
-        return self.name[:MAX_SEGMENT_LENGTH].rstrip()
+        return self.name[:40].rstrip()
 
     @classmethod
     def of(cls, nodes: Nodes, options: CkOptions) -> CkTarget:
@@ -154,33 +151,10 @@ def write_blocks(nodes: Nodes, target: CkTarget, spice: Any) -> Iterator[bytes]:
     origin = time_origin.tt_origin(nodes.segments[0].first)
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "attitude.bc")
-        _write_file(path, nodes, target, origin, spice)
+        CkWriter(target, origin, spice).write(path, nodes)
         with open(path, "rb") as stream:
-            while block := stream.read(BLOCK_BYTES):
+            while block := stream.read(1 << 22):
                 yield block
-
-
-def _write_file(path: str, nodes: Nodes, target: CkTarget, origin: TimeOrigin, spice: Any) -> None:
-    """Write all segments; the file is closed whatever happens."""
-    comments = _comments(nodes, target, origin)
-    with calling(spice):
-        internal_name = target.name[:MAX_FILE_LENGTH].rstrip()
-        handle = spice.ckopn(path, internal_name, sum(len(line) + 1 for line in comments))
-    try:
-        with calling(spice):
-            spice.dafac(handle, comments)
-        begins = [float(_ticks(segment.first, origin)[0]) for segment in nodes.segments[1:]]
-        segments = zip(nodes.segments, [*begins, np.inf], strict=True)
-        if target.type == 6:
-            parts = [_whole(*segment, target, origin) for segment in segments]
-            with calling(spice):
-                _write_type_6(handle, parts, target, spice)
-            return
-        for segment, following in segments:
-            _write_segment(handle, segment, following, target, origin, spice)
-    finally:
-        with calling(spice):
-            spice.dafcls(handle)
 
 
 def _comments(nodes: Nodes, target: CkTarget, origin: TimeOrigin) -> list[str]:
@@ -201,122 +175,131 @@ def _comments(nodes: Nodes, target: CkTarget, origin: TimeOrigin) -> list[str]:
     ]
 
 
-def _write_segment(
-    handle: int, segment: Samples, following: float, target: CkTarget, origin: TimeOrigin, spice: Any
-) -> None:
-    """Write a segment; all of its ticks are before the one at which the following segment begins."""
-    if target.type == 5:
-        batches: Iterable[CkRecords] = [_whole(segment, following, target, origin)]
-    elif target.type == 3:
-        batches = _batches(segment, following, target, origin)
-    elif segment.count < 2:
-        raise FormatError("type 2 holds intervals, and a segment of one instant has none; type 3 holds it")
-    else:
-        batches = _batches(segment, following, target, origin, (1, 2))
-    is_constant = target.type == 2 and _is_constant(segment)
-    for records in batches:
-        ticks, name = records.ticks, target.segment_name
-        span = (ticks[0], ticks[-1], target.structure, target.reference)
-        rate = 1.0 / text_kernels.TICKS
-        with calling(spice):
-            if target.type == 3:
-                c_matrices = np.ascontiguousarray(rotations.conjugate(records.quaternion))
-                has_rate, velocity = records.velocity is not None, records.velocity
-                velocity = np.zeros((len(ticks), 3)) if velocity is None else np.ascontiguousarray(velocity)
-                table = ticks, c_matrices, velocity
-                spice.ckw03(handle, *span, has_rate, name, len(ticks), *table, 1, ticks[:1])
-            elif target.type == 5:  # subtype 0
-                packets = _packets(records)
-                degree, table_5 = target.degree, (ticks, packets, rate, 1, ticks[:1])
-                spice.ckw05(handle, 0, degree, *span, target.rates, name, *table_5)
-            else:
-                begins, stops, velocity = _intervals(records, is_constant)
-                c_matrices = np.ascontiguousarray(rotations.conjugate(begins.quaternion))
-                count, rates = len(stops), np.full(len(stops), rate)
-                table = begins.ticks, stops, c_matrices
-                spice.ckw02(handle, *span, name, count, *table, np.ascontiguousarray(velocity), rates)
+class CkWriter(NamedTuple):
+    """Writes the segments of a file.
 
-
-def _whole(segment: Samples, following: float, target: CkTarget, origin: TimeOrigin) -> CkRecords:
-    """All records of a segment, with rates: of one instant there is no polynomial."""
-    batches = list(_batches(segment, following, target._replace(rates=True), origin))
-    whole = concatenated([batches[0], *(batch.part(slice(1, None)) for batch in batches[1:])])
-    if len(whole.ticks) < 2:
-        kind = f"type {target.type}"
-        raise FormatError(f"{kind} holds polynomials, and a segment of one instant has none; type 3 holds it")
-    return whole
-
-
-def _batches(
-    segment: Samples,
-    following: float,
-    target: CkTarget,
-    origin: TimeOrigin,
-    passes: tuple[int, int] = (0, 1),
-) -> Iterator[CkRecords]:
-    """Batches of records in order; each begins with the last record of the one before, leaving no gap."""
-    last: CkRecords | None = None
-    for piece in segment.chunks(*passes):
-        records = _records(piece, following, target, origin)
-        time_origin.refuse_unordered(records.ticks, None if last is None else last.ticks[0], "A CK", "ticks")
-        batch = records if last is None else concatenated([last, records])
-        last = batch.part(slice(-1, None))
-        if len(batch.ticks) > 1 or segment.count == 1:
-            yield batch
-
-
-def _ticks(piece: EphemerisData, origin: TimeOrigin) -> np.ndarray:
-    """Ticks, of which a second has a power of two: nothing is rounded but the seconds."""
-    seconds, _ = origin.seconds(piece.instants)
-    if not seconds[-1] < text_kernels.SECONDS:
-        raise FormatError(f"{seconds[-1]:.3g} s are more than the clock of a CK counts")
-    return seconds * text_kernels.TICKS
-
-
-def _records(piece: EphemerisData, following: float, target: CkTarget, origin: TimeOrigin) -> CkRecords:
-    """Attitude records of a piece; an instant that rounds to the tick `following` gets the one before."""
-    ticks = np.minimum(_ticks(piece, origin), np.nextafter(following, -np.inf))
-    q = piece.quaternion("wxyz")
-    if target.turn is not None:
-        q = rotations.product(target.turn, q)
-    velocity = rotations.rotate(q, piece.angular_velocity) if target.rates else None
-    return CkRecords(ticks, q, velocity)
-
-
-def _packets(records: CkRecords) -> np.ndarray:
-    """(n, 8): quaternions and their derivatives, dq/dt = Omega q / 2 with inertial components of Omega."""
-    assert records.velocity is not None
-    q = rotations.sign_continuous(records.quaternion)
-    pure = np.concatenate([np.zeros((len(q), 1)), records.velocity], axis=1)
-    packets = [rotations.conjugate(part) for part in (q, 0.5 * rotations.product(pure, q))]
-    return np.ascontiguousarray(np.concatenate(packets, axis=1))
-
-
-def _write_type_6(handle: int, parts: list[CkRecords], target: CkTarget, spice: Any) -> None:
-    """Subtype 0, a mini-segment for each part; where two meet, the second one holds.
-
-    By CKW06 of Fortran's interface, which CSPICE and spiceypy do not wrap: all arguments are passed by
-    reference, and the lengths of texts follow them.
+    origin : of the ticks
+    spice : spiceypy
     """
 
-    def passed(values: Any) -> Any:
-        array = np.array(values).reshape(-1)
-        return np.ctypeslib.as_ctypes(array.astype(float if array.dtype.kind == "f" else np.int32))
+    target: CkTarget
+    origin: TimeOrigin
+    spice: Any
 
-    count, bounds = len(parts), [*(part.ticks[0] for part in parts), parts[-1].ticks[-1]]
-    reference, name = target.reference.encode(), target.segment_name.encode()
-    segment = map(passed, (target.rates, bounds[0], bounds[-1]))
-    mini_segments: tuple[Any, ...] = (
-        *(count, [len(part.ticks) for part in parts], [0] * count, [target.degree] * count),
-        np.concatenate([_packets(part) for part in parts]),
-        [1.0 / text_kernels.TICKS] * count,
-        *(np.concatenate([part.ticks for part in parts]), bounds, True),
-    )
-    spice.utils.libspicehelper.libspice.ckw06_(
-        *(passed(handle), passed(target.structure), reference, *segment, name),
-        *(*map(passed, mini_segments), len(reference), len(name)),
-    )
-    spice.spiceypy.check_for_spice_error(None)
+    def write(self, path: str, nodes: Nodes) -> None:
+        """Write all segments; the file is closed whatever happens."""
+        comments, spice = _comments(nodes, self.target, self.origin), self.spice
+        with calling(spice):
+            internal_name = self.target.name[:60].rstrip()  # the length that SPICE takes
+            handle = spice.ckopn(path, internal_name, sum(len(line) + 1 for line in comments))
+        try:
+            with calling(spice):
+                spice.dafac(handle, comments)
+            begins = [float(self.ticks(segment.first)[0]) for segment in nodes.segments[1:]]
+            segments = zip(nodes.segments, [*begins, np.inf], strict=True)
+            if self.target.type == 6:
+                parts = [self.whole(*segment) for segment in segments]
+                with calling(spice):
+                    self.write_type_6(handle, parts)
+                return
+            for segment, following in segments:
+                self.write_segment(handle, segment, following)
+        finally:
+            with calling(spice):
+                spice.dafcls(handle)
+
+    def write_segment(self, handle: int, segment: Samples, following: float) -> None:
+        """Write a segment; all of its ticks are before the one at which the following segment begins."""
+        target, spice = self.target, self.spice
+        if target.type == 2 and segment.count < 2:
+            reason = "type 2 holds intervals, and a segment of one instant has none; type 3 holds it"
+            raise FormatError(reason)
+        is_constant = target.type == 2 and _is_constant(segment)
+        batches: Iterable[CkRecords] = self.batches(segment, following, target.rates, target.type == 2)
+        for records in [self.whole(segment, following)] if target.type == 5 else batches:
+            ticks, name, velocity = records.ticks, target.segment_name, records.velocity
+            span = (ticks[0], ticks[-1], target.structure, target.reference)
+            rate = 1.0 / text_kernels.TICKS
+            with calling(spice):
+                if target.type == 3:
+                    rates = np.zeros((len(ticks), 3)) if velocity is None else np.ascontiguousarray(velocity)
+                    table = ticks, records.c_quaternion, rates
+                    is_rated = velocity is not None
+                    spice.ckw03(handle, *span, is_rated, name, len(ticks), *table, 1, ticks[:1])
+                elif target.type == 5:  # subtype 0
+                    table_5 = ticks, records.packets, rate, 1, ticks[:1]
+                    spice.ckw05(handle, 0, target.degree, *span, target.rates, name, *table_5)
+                else:
+                    begins, stops, rates = _intervals(records, is_constant)
+                    table = begins.ticks, stops, begins.c_quaternion, np.ascontiguousarray(rates)
+                    spice.ckw02(handle, *span, name, len(stops), *table, np.full(len(stops), rate))
+
+    def write_type_6(self, handle: int, parts: list[CkRecords]) -> None:
+        """Subtype 0, a mini-segment for each part; where two meet, the second one holds.
+
+        By CKW06 of Fortran's interface, which CSPICE and spiceypy do not wrap: all arguments are passed by
+        reference, and the lengths of texts follow them.
+        """
+
+        def passed(values: Any) -> Any:
+            array = np.array(values).reshape(-1)
+            return np.ctypeslib.as_ctypes(array.astype(float if array.dtype.kind == "f" else np.int32))
+
+        target, count = self.target, len(parts)
+        bounds = [*(part.ticks[0] for part in parts), parts[-1].ticks[-1]]
+        reference, name = target.reference.encode(), target.segment_name.encode()
+        segment = map(passed, (target.rates, bounds[0], bounds[-1]))
+        mini_segments: tuple[Any, ...] = (
+            *(count, [len(part.ticks) for part in parts], [0] * count, [target.degree] * count),
+            np.concatenate([part.packets for part in parts]),
+            [1.0 / text_kernels.TICKS] * count,
+            *(np.concatenate([part.ticks for part in parts]), bounds, True),
+        )
+        self.spice.utils.libspicehelper.libspice.ckw06_(
+            *(passed(handle), passed(target.structure), reference, *segment, name),
+            *(*map(passed, mini_segments), len(reference), len(name)),
+        )
+        self.spice.spiceypy.check_for_spice_error(None)
+
+    # -- records --------------------------------------------------------------------------------
+
+    def whole(self, segment: Samples, following: float) -> CkRecords:
+        """All records of a segment, with rates: of one instant there is no polynomial."""
+        batches = list(self.batches(segment, following, True))
+        whole = concatenated([batches[0], *(batch.part(slice(1, None)) for batch in batches[1:])])
+        if len(whole.ticks) < 2:
+            reason = "holds polynomials, and a segment of one instant has none; type 3 holds it"
+            raise FormatError(f"type {self.target.type} {reason}")
+        return whole
+
+    def batches(
+        self, segment: Samples, following: float, rates: bool, is_second_pass: bool = False
+    ) -> Iterator[CkRecords]:
+        """Batches of records in order; each begins with the last record of the one before, leaving no gap."""
+        last: CkRecords | None = None
+        for piece in segment.chunks(*((1, 2) if is_second_pass else (0, 1))):
+            records = self.records(piece, following, rates)
+            before = None if last is None else last.ticks[0]
+            time_origin.refuse_unordered(records.ticks, before, "A CK", "ticks")
+            batch = records if last is None else concatenated([last, records])
+            last = batch.part(slice(-1, None))
+            if len(batch.ticks) > 1 or segment.count == 1:
+                yield batch
+
+    def records(self, piece: EphemerisData, following: float, rates: bool) -> CkRecords:
+        """Records of a piece; an instant that rounds to the tick `following` gets the one before."""
+        ticks = np.minimum(self.ticks(piece), np.nextafter(following, -np.inf))
+        q = piece.quaternion("wxyz")
+        if self.target.turn is not None:
+            q = rotations.product(self.target.turn, q)
+        return CkRecords(ticks, q, rotations.rotate(q, piece.angular_velocity) if rates else None)
+
+    def ticks(self, piece: EphemerisData) -> np.ndarray:
+        """Ticks, of which a second has a power of two: nothing is rounded but the seconds."""
+        seconds, _ = self.origin.seconds(piece.instants)
+        if not seconds[-1] < text_kernels.SECONDS:
+            raise FormatError(f"{seconds[-1]:.3g} s are more than the clock of a CK counts")
+        return seconds * text_kernels.TICKS
 
 
 def _intervals(records: CkRecords, is_constant: bool) -> tuple[CkRecords, np.ndarray, np.ndarray]:
@@ -352,11 +335,12 @@ def _is_constant(segment: Samples) -> bool:
         return False
     omega, q, start = head.angular_velocity[0], head.quaternion("wxyz")[0], float(head.elapsed[0])
     speed = float(np.sqrt(omega @ omega))
+    rounding = 4 * float(np.finfo(float).eps) * speed
     for piece in segment.chunks(0, 2):
-        if not np.abs(piece.angular_velocity - omega).max() <= 4 * EPS * speed:
+        if not np.abs(piece.angular_velocity - omega).max() <= rounding:
             return False
         t = piece.elapsed - start
         error = rotations.angle_between(rotate_at_constant_rate(q, omega, t), piece.quaternion("wxyz"))
-        if not (error <= 1e-13 + 4 * EPS * speed * np.abs(t)).all():
+        if not (error <= 1e-13 + rounding * np.abs(t)).all():
             return False
     return True

@@ -76,7 +76,13 @@ def matrix_from_icrf(number: int, kernel: dict[str, list[Any]], source: str) -> 
     for _ in range(MAX_DEPTH):
         if number in BUILT_IN:
             return matrix @ built_in_matrix(number)
-        name, frame_class = _definition(number, kernel, source)
+        if not kernel.get(f"FRAME_{number}_NAME"):
+            known = ", ".join(f"{n} ({entry[0]})" for n, entry in BUILT_IN.items())
+            cure = f"a frame that a frame kernel defines needs fk=, and built in are {known}"
+            raise FormatError(f"relative to SPICE's frame {number}; {cure}", source)
+        name = str(kernel[f"FRAME_{number}_NAME"][0]).strip("'")
+        stated = kernel.get(f"FRAME_{number}_CLASS", [0.0])[0]
+        frame_class = int(stated) if isinstance(stated, float) else 0
         if frame_class != 4:
             reason = CLASSES.get(frame_class, f"is of class {frame_class}")
             raise FormatError(f"relative to SPICE's frame {number} ({name}), which {reason}", source)
@@ -86,16 +92,6 @@ def matrix_from_icrf(number: int, kernel: dict[str, list[Any]], source: str) -> 
             raise FormatError(f"no complete definition of frame {number} ({name}) in fk=", source) from None
         matrix, number = matrix @ step.T, base
     raise FormatError(f"more than {MAX_DEPTH} frames, each fixed to the next, in fk=", source)
-
-
-def _definition(number: int, kernel: dict[str, list[Any]], source: str) -> tuple[str, int]:
-    name = kernel.get(f"FRAME_{number}_NAME")
-    if not name:
-        expected = f"{', '.join(f'{n} ({entry[0]})' for n, entry in BUILT_IN.items())}"
-        cure = "a frame that a frame kernel defines needs fk="
-        raise FormatError(f"relative to SPICE's frame {number}; {cure}, and built in are {expected}", source)
-    frame_class = kernel.get(f"FRAME_{number}_CLASS", [0.0])[0]
-    return str(name[0]).strip("'"), int(frame_class) if isinstance(frame_class, float) else 0
 
 
 def _fixed_to(number: int, name: str, kernel: dict[str, list[Any]]) -> tuple[np.ndarray, int]:

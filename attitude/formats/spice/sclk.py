@@ -15,9 +15,6 @@ from ...times.iso8601 import MONTHS
 from ...times.two_part import two_sum
 from .text_kernels import variables
 
-# Constants of TDB - TT, the same in every leap-second kernel.
-K, EB, M0, M1 = 1.657e-3, 1.671e-2, 6.239996, 1.99096871e-7
-MAX_SECONDS = 2.5e11  # past J2000, 7900 years: dates beyond have no calendar here
 CLOCK_VARIABLES = (
     "SCLK_DATA_TYPE",
     "SCLK01_TIME_SYSTEM",
@@ -51,7 +48,7 @@ class Clock(NamedTuple):
             raise FormatError(f"ticks {first!r} to {last!r}, of a clock from 0 to {self.end!r}", source)
         start, since, rate = self.coefficients[self._rows(ticks)].T
         run = (ticks - start) / self.ticks * rate
-        if not (np.abs(since) + np.abs(run) < MAX_SECONDS).all():
+        if not (np.abs(since) + np.abs(run) < 2.5e11).all():  # 7900 years
             raise FormatError("instants beyond any calendar", source)
         late = np.zeros_like(run) if self.is_tt else tdb_minus_tt(since + run)
         anchor = math.floor(since[0] + run[0] - late[0])
@@ -75,8 +72,8 @@ class Clock(NamedTuple):
 
 def tdb_minus_tt(tdb: np.ndarray) -> np.ndarray:
     """TDB - TT, s, as in SPICE: one term, good to 30 us.  tdb : s past J2000."""
-    mean = M0 + M1 * tdb
-    return K * np.sin(mean + EB * np.sin(mean))
+    mean = 6.239996 + 1.99096871e-7 * tdb  # the numbers are the same in every leap-second kernel
+    return 1.657e-3 * np.sin(mean + 1.671e-2 * np.sin(mean))
 
 
 def clock_from(text: str, source: str, structure: int, ck: str, clock_id: int | None = None) -> Clock:

@@ -16,9 +16,14 @@ from ...times.iso8601 import MONTHS
 TICKS = 65536  # in a second of our clocks
 SECONDS = 2**36  # of our clocks, 2178 years: their ticks are whole doubles to the end
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")  # with Fortran's D for the exponent, too
-MAX_STRING_LENGTH = 70  # characters of a string in a kernel; longer ones are continued
 
-LEAP_SECONDS = """KPL/LSK
+
+def leap_seconds() -> str:
+    """Leap-second kernel (LSK) of all steps of TAI - UTC of whole seconds in erfa."""
+    steps = [step for step in erfa.leap_seconds.get().tolist() if step[0] >= 1972]
+    leaps = (f"{round(offset)}, @{year}-{MONTHS[month - 1].upper()}-1" for year, month, offset in steps)
+    delta_at = ("\n" + " " * 21).join(leaps)
+    return f"""KPL/LSK
 
 Leap seconds as the software that wrote this knew them, for SPICE to convert UTC; any newer kernel of NAIF's
 may take this one's place.
@@ -29,33 +34,41 @@ DELTET/DELTA_T_A = 32.184
 DELTET/K         = 1.657D-3
 DELTET/EB        = 1.671D-2
 DELTET/M         = ( 6.239996D0  1.99096871D-7 )
-DELTET/DELTA_AT  = ( {leaps} )
+DELTET/DELTA_AT  = ( {delta_at} )
 
 \\begintext
 """
 
-CLOCK = """KPL/SCLK
 
-A clock that never was aboard: it counts 1/{ticks} s of TT from {anchor} TT, and is what the CK beside it is
+def clock(naif_id: int, tt: int, anchor: str) -> str:
+    """Clock kernel (SCLK) whose tick 0 is `tt` seconds past J2000 in TT; `anchor` is that date."""
+    number, date = -naif_id, anchor[:19]
+    return f"""KPL/SCLK
+
+A clock that never was aboard: it counts 1/{TICKS} s of TT from {date} TT, and is what the CK beside it is
 timed by.
 
 \\begindata
 
-SCLK_KERNEL_ID              = ( @{day} )
-SCLK_DATA_TYPE_{id}         = ( 1 )
-SCLK01_TIME_SYSTEM_{id}     = ( 2 )
-SCLK01_N_FIELDS_{id}        = ( 2 )
-SCLK01_MODULI_{id}          = ( {seconds} {ticks} )
-SCLK01_OFFSETS_{id}         = ( 0 0 )
-SCLK01_OUTPUT_DELIM_{id}    = ( 1 )
-SCLK_PARTITION_START_{id}   = ( 0 )
-SCLK_PARTITION_END_{id}     = ( {end} )
-SCLK01_COEFFICIENTS_{id}    = ( 0  {tt}  1 )
+SCLK_KERNEL_ID              = ( @{date[:10]} )
+SCLK_DATA_TYPE_{number}         = ( 1 )
+SCLK01_TIME_SYSTEM_{number}     = ( 2 )
+SCLK01_N_FIELDS_{number}        = ( 2 )
+SCLK01_MODULI_{number}          = ( {SECONDS} {TICKS} )
+SCLK01_OFFSETS_{number}         = ( 0 0 )
+SCLK01_OUTPUT_DELIM_{number}    = ( 1 )
+SCLK_PARTITION_START_{number}   = ( 0 )
+SCLK_PARTITION_END_{number}     = ( {SECONDS * TICKS} )
+SCLK01_COEFFICIENTS_{number}    = ( 0  {tt}  1 )
 
 \\begintext
 """
 
-FRAMES = """KPL/FK
+
+def frames(naif_id: int, structure: int, frame: str, body: str, name: str) -> str:
+    """Frame kernel (FK) of the body's axes, which are those fixed to a natural body (a positive number)."""
+    natural = f"\nOBJECT_{naif_id}_FRAME = '{frame}'\n" if naif_id > 0 else ""
+    return f"""KPL/FK
 
 The frame of the axes of {name}, whose attitude the CK beside this file holds.
 
@@ -76,7 +89,17 @@ CK_{structure}_SPK  = {naif_id}
 \\begintext
 """
 
-META_KERNEL = """KPL/MK
+
+def meta_kernel(files: list[str]) -> str:
+    """Meta-kernel that loads the files beside it."""
+    strings = []  # quotes doubled, and one of more than 70 characters continued after a plus
+    for file in files:
+        parts = [file[i : i + 70] for i in range(0, len(file), 70)]
+        ends = ["+"] * (len(parts) - 1) + [""]
+        doubled = zip((part.replace("'", "''") for part in parts), ends, strict=True)
+        strings.append("\n".join(f"  '{part}{end}'" for part, end in doubled))
+    listed = ",\n".join(strings)
+    return f"""KPL/MK
 
 Loads what is beside this file.  SPICE takes relative names from the folder that a program runs in, not from
 where this file is: run there, or name the folder in PATH_VALUES and write '$DIR/...' below.
@@ -84,43 +107,11 @@ where this file is: run there, or name the folder in PATH_VALUES and write '$DIR
 \\begindata
 
 KERNELS_TO_LOAD = (
-{files}
+{listed}
 )
 
 \\begintext
 """
-
-
-def leap_seconds() -> str:
-    """Leap-second kernel (LSK) of all steps of TAI - UTC of whole seconds in erfa."""
-    steps = [step for step in erfa.leap_seconds.get().tolist() if step[0] >= 1972]
-    leaps = (f"{round(offset)}, @{year}-{MONTHS[month - 1].upper()}-1" for year, month, offset in steps)
-    return LEAP_SECONDS.format(leaps=("\n" + " " * 21).join(leaps))
-
-
-def clock(naif_id: int, tt: int, anchor: str) -> str:
-    """Clock kernel (SCLK) whose tick 0 is `tt` seconds past J2000 in TT; `anchor` is that date."""
-    values = {"seconds": SECONDS, "ticks": TICKS, "end": SECONDS * TICKS, "tt": tt}
-    return CLOCK.format(id=-naif_id, anchor=anchor[:19], day=anchor[:10], **values)
-
-
-def frames(naif_id: int, structure: int, frame: str, body: str, name: str) -> str:
-    """Frame kernel (FK) of the body's axes, which are those fixed to a natural body (a positive number)."""
-    natural = f"\nOBJECT_{naif_id}_FRAME = '{frame}'\n" if naif_id > 0 else ""
-    return FRAMES.format(
-        naif_id=naif_id, structure=structure, frame=frame, body=body, name=name, natural=natural
-    )
-
-
-def meta_kernel(files: list[str]) -> str:
-    """Meta-kernel that loads the files beside it."""
-    strings = []  # quotes doubled, and a long one continued after a plus
-    for file in files:
-        parts = [file[i : i + MAX_STRING_LENGTH] for i in range(0, len(file), MAX_STRING_LENGTH)]
-        ends = ["+"] * (len(parts) - 1) + [""]
-        doubled = zip((part.replace("'", "''") for part in parts), ends, strict=True)
-        strings.append("\n".join(f"  '{part}{end}'" for part, end in doubled))
-    return META_KERNEL.format(files=",\n".join(strings))
 
 
 # -- reading ------------------------------------------------------------------------------------
