@@ -14,7 +14,7 @@ from astropy.table import QTable
 from astropy.time import Time, TimeDelta
 
 from attitude import Ephemeris, FormatError, RigidBody, Scene, TorqueFreeMotion
-from attitude.formats import schema
+from attitude.formats import date_text, schema
 from attitude.pointing import vector_columns
 from attitude.samples import chunks
 from tests.bodies import ATTITUDE
@@ -330,7 +330,7 @@ def isot(time):
 
 
 def assert_astropys_text(time):
-    text = schema.iso_text(time)
+    text = date_text.iso_text(time)
     assert text.shape == time.shape
     assert np.array_equal(text.astype("U"), isot(time))
 
@@ -364,7 +364,7 @@ def test_text_of_distant_years_is_astropys(year):
 def test_text_of_years_before_1000_is_astropys_with_the_four_digits_of_iso_8601(year):
     time = Time([year + 0.123, year + 0.987], format="jyear", scale="tt")
     width = len("0999-01-01T00:00:00.000000000")
-    assert schema.iso_text(time).astype("U").tolist() == [text.rjust(width, "0") for text in isot(time)]
+    assert date_text.iso_text(time).astype("U").tolist() == [text.rjust(width, "0") for text in isot(time)]
 
 
 @pytest.mark.parametrize("shape", [(), (0,), (1,), (2, 3)], ids=str)

@@ -24,8 +24,9 @@ from ..samples.chunks import CHUNK_INSTANTS, Samples
 from ..samples.ephemeris_data import EphemerisData, OrbitStates
 from ..samples.transform import in_frame, rotation_between
 from ..times.instants import Instants
-from . import schema, time_origin
+from . import time_origin
 from .czml_reader import parse as parse
+from .date_text import one_date
 from .interpolant import Interpolant
 from .interpolation_nodes import Nodes
 
@@ -210,7 +211,7 @@ def _date(time: Time | None) -> str:
     """ISO 8601, UTC to the nanosecond, without zeros at its end."""
     if time is None:
         raise FormatError("CZML dates every attitude, and this ephemeris has no epoch")
-    text = schema.iso_text(time.utc).item().decode()
+    text = one_date(time.utc)
     return text.rstrip("0").rstrip(".") + "Z"
 
 

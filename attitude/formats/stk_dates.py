@@ -11,7 +11,7 @@ from astropy.time import TimeDelta
 
 from ..errors import FormatError
 from ..times.iso8601 import MONTHS, parse_times
-from . import schema
+from .date_text import one_date
 
 if TYPE_CHECKING:
     from astropy.time import Time
@@ -72,7 +72,7 @@ def times(dates: Sequence[str], time_format: str) -> Time:
 
 def utcg(time: Time) -> str:
     """Date as STK writes it: day, month, year and time of day; FormatError for a year not of four digits."""
-    text = schema.iso_text(time).item().decode()
+    text = one_date(time)
     parts = re.fullmatch(r"(\d{4})-(\d\d)-(\d\d)T(.+)", text)
     if parts is None:
         raise FormatError(f"STK has years of four digits, not {text}")

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis.strategies import floats, lists
 
 from attitude import Ephemeris, FormatError, RigidBody, TorqueFreeMotion
-from attitude.formats import FORMATS, encode, module_of, schema, text_rows
+from attitude.formats import FORMATS, date_text, encode, module_of, text_rows
 from attitude.formats.ccsds import epochs
 from attitude.formats.tables import ecsv, ndjson
 from attitude.samples.chunks import Samples
@@ -336,18 +336,20 @@ def test_dates_are_written_as_astropy_writes_them(scale, epoch):
         np.random.default_rng(6).integers(-(10**11), 10**11, 2000) / 128,
     ):
         instants = Instants(seconds, None, start)
-        assert np.array_equal(schema.dates(instants).astype("U"), plainly(instants.time))
+        assert np.array_equal(date_text.dates(instants).astype("U"), plainly(instants.time))
 
 
 def test_date_in_a_leap_second_is_written_with_second_60():
     start = Time("2016-12-31T23:59:57.75", scale="utc")
-    assert schema.dates(Instants(np.array([2.5]), None, start)).tolist() == [b"2016-12-31T23:59:60.250000000"]
+    assert date_text.dates(Instants(np.array([2.5]), None, start)).tolist() == [
+        b"2016-12-31T23:59:60.250000000"
+    ]
 
 
 def test_dates_use_both_parts_and_are_rounded_once():
     start = Time("2026-01-01", scale="tai")
     seconds, rest = np.array([1e8, 1e8, -1e8, 86399.9999999996]), np.array([4.9e-10, 5.1e-10, -5.1e-10, 0.0])
-    assert schema.dates(Instants(seconds, rest, start)).tolist() == [
+    assert date_text.dates(Instants(seconds, rest, start)).tolist() == [
         b"2029-03-03T09:46:40.000000000",
         b"2029-03-03T09:46:40.000000001",
         b"2022-10-31T14:13:19.999999999",
@@ -359,7 +361,7 @@ def test_dates_use_both_parts_and_are_rounded_once():
 @pytest.mark.parametrize("far", [4e11, -1e11])
 def test_dates_beyond_four_digits_are_left_to_astropy(far):
     instants = Instants(np.array([0.0, far]), None, Time("2026-01-01", scale="tai"))
-    assert schema.dates(instants).tolist() == schema.iso_text(instants.time).tolist()
+    assert date_text.dates(instants).tolist() == date_text.iso_text(instants.time).tolist()
 
 
 # -- interpolation ----------------------------------------------------------------------------------

@@ -23,28 +23,32 @@ from ..text_reader import check_number, finite_number
 from .block_reader import Block, BlockReader, capitals
 from .conventions import RowConvention
 from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epochs, to_instants
-from .keywords import ANGLES, ANGLES_DOT, ANGVEL, HEADER, Q_DOT, VALUE, Q, is_value
+from .keywords import HEADER, VALUE, Columns, is_value
 from .ndm import NdmLine, Syntax, read_ndm
 
-ELEMENTS = {
-    "metadata": "META",
-    "att": "ATT",
-    "phys": "PHYS",
-    "cov": "COV",
-    "man": "MAN",
-    "ad": "AD",
-    "sensor": "SENSOR",
-    "sensorData": "SENSOR",
-    "user": "USER",
-}
-SYNTAX = Syntax("acm", ("2.0",), ELEMENTS, {"attLine": (), "covLine": ()})
+SYNTAX = Syntax(
+    "acm",
+    ("2.0",),
+    {
+        "metadata": "META",
+        "att": "ATT",
+        "phys": "PHYS",
+        "cov": "COV",
+        "man": "MAN",
+        "ad": "AD",
+        "sensor": "SENSOR",
+        "sensorData": "SENSOR",
+        "user": "USER",
+    },
+    {"attLine": (), "covLine": ()},
+)
 DCM = tuple(f"DCM_{i}{j}" for j in (1, 2, 3) for i in (1, 2, 3))  # column by column (annex B4)
-ATTITUDES = {"QUATERNION": Q, "EULER_ANGLES": ANGLES, "DCM": DCM}
+ATTITUDES = {"QUATERNION": Columns.Q, "EULER_ANGLES": Columns.ANGLES, "DCM": DCM}
 RATES = {
     "NONE": (),
-    "ANGVEL": ANGVEL,
-    "Q_DOT": Q_DOT,
-    "EULER_RATE": ANGLES_DOT,
+    "ANGVEL": Columns.ANGVEL,
+    "Q_DOT": Columns.Q_DOT,
+    "EULER_RATE": Columns.ANGLES_DOT,
     "GYRO_BIAS": ("GYRO_BIAS_X", "GYRO_BIAS_Y", "GYRO_BIAS_Z"),
 }
 
@@ -97,10 +101,11 @@ class _AcmReader(BlockReader):
         stack: list[Block] = [Block("HEADER", 1, {}, [])]
         for line in lines:
             name, _, mark = line.keyword.rpartition("_")
-            if name in ELEMENTS.values() and mark == "START" and not line.value:
+            is_mark = name in SYNTAX.blocks.values() and not line.value
+            if is_mark and mark == "START":
                 stack.append(Block(name, line.number, {}, []))
                 self.blocks.append(stack[-1])
-            elif name in ELEMENTS.values() and mark == "STOP" and not line.value:
+            elif is_mark and mark == "STOP":
                 if stack[-1].name != name:
                     raise self.error(f"{line.keyword} does not belong here", line.number)
                 stack.pop()
@@ -176,8 +181,8 @@ class _AcmReader(BlockReader):
                 q = schema.nearest_rotations(matrices, self.source)
             except InputError as error:
                 raise self.error(str(error), block.rows[int(error.steps[-1])].number) from None
-            used, numbers = Q + used[9:], np.concatenate([q[:, [1, 2, 3, 0]].T, numbers[9:]])
-        axes = self.euler_axes(block) if attitude is ANGLES else ""
+            used, numbers = Columns.Q + used[9:], np.concatenate([q[:, [1, 2, 3, 0]].T, numbers[9:]])
+        axes = self.euler_axes(block) if attitude is Columns.ANGLES else ""
         try:
             turned, rate = RowConvention(used, frame, is_a, True, axes).convert(np.ascontiguousarray(numbers))
         except RowError as error:

@@ -20,10 +20,11 @@ from ...samples.chunks import Samples
 from ...samples.ephemeris_data import EphemerisData
 from ...times.instants import with_ut1
 from .. import schema
+from ..date_text import one_date
 from ..interpolation_nodes import split_at_jumps
 from ..text_rows import texts
 from .acm import parse as parse
-from .keywords import ANGVEL, INERTIA, Q
+from .keywords import Columns
 from .message_text import (
     MessageOptions,
     MessageText,
@@ -82,7 +83,7 @@ def blocks(samples: Samples, options: AcmOptions, syntax: str) -> Iterator[bytes
         ("OBJECT_NAME", options.name_of(head.name)),
         *options.designators(),
         ("TIME_SYSTEM", system.upper()),
-        ("EPOCH_TZERO", schema.iso_text(epoch).item().decode()),
+        ("EPOCH_TZERO", one_date(epoch)),
     ]
     before, between, after = text.segment
     beginning = text.head(options.header()) + before + text.lines(metadata) + between
@@ -121,7 +122,7 @@ class History(NamedTuple):
     def attitudes(self) -> Iterator[bytes]:
         """ATT: a block for each segment, across which nothing is interpolated."""
         frame, body = rotations.check_any_frame(self.head.frame), self.options.body_frame
-        columns = Q + (ANGVEL if self.has_rate else ())
+        columns = Columns.Q + (Columns.ANGVEL if self.has_rate else ())
         for k, segment in enumerate(self.segments, start=1):
             pairs = [
                 ("COMMENT", f"Q1 Q2 Q3 QC, scalar last, turn axes of {frame} into those of {body}"),
@@ -152,7 +153,7 @@ class History(NamedTuple):
         if body is not None:
             frame = ("INERTIA_REF_FRAME", self.options.body_frame)
             elements = inertia_elements(np.asarray(body.tensor))
-            yield from self.block("PHYS", [frame, *zip(INERTIA, elements, strict=True)])
+            yield from self.block("PHYS", [frame, *zip(Columns.INERTIA, elements, strict=True)])
 
     def variances(self) -> Iterator[bytes]:
         """COV: of the small rotation about the body's axes, deg2, and of the rate; the diagonal alone.

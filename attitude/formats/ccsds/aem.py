@@ -13,24 +13,10 @@ from ...samples.chunks import Samples
 from ..interpolant import Interpolant, higher_degrees, lagrange
 from ..interpolation_nodes import Nodes
 from .epochs import TIME_SYSTEMS
-from .keywords import ANGVEL, ATTITUDE_TYPES, SPIN, UNITS, Q, frame_named
+from .keywords import ATTITUDE_TYPES, UNITS, Columns, frame_named
 from .message_text import MessageOptions, MessageText, Pairs, registered_name, writes_rates
 from .reader import parse as parse
 from .rows import RowWriter, epoch_texts
-
-UNREGISTERED_FRAMES = {
-    "ECLIPJ2000": f"EME2000 turned about its X axis by {OBLIQUITY_J2000} arcsec",
-    "INERTIAL": "an inertial frame of the producer's own",
-}
-WRITTEN_TYPES = (
-    "QUATERNION",
-    "QUATERNION/ANGVEL",
-    "EULER_ANGLE",
-    "EULER_ANGLE/ANGVEL",
-    "SPIN",
-    "SPIN/NUTATION",
-    "SPIN/NUTATION_MOM",
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,8 +51,10 @@ class AemOptions(MessageOptions):
         frame = "_".join(self.body_frame.upper().split())
         if frame_named(frame) in INERTIAL_FRAMES | TURNING_FRAMES:
             raise InputError("body_frame", self.body_frame, "the name of axes of the body, no external frame")
-        if self.attitude_type not in (None, *WRITTEN_TYPES):
-            known = f"one of {', '.join(WRITTEN_TYPES)}{suggestion(self.attitude_type, WRITTEN_TYPES)}"
+        second = (name for name, kind in ATTITUDE_TYPES.items() if kind.only != "1.0")
+        written = [name for name in second if not name.endswith("DERIVATIVE")]
+        if self.attitude_type not in (None, *written):
+            known = f"one of {', '.join(written)}{suggestion(self.attitude_type, written)}"
             raise InputError("attitude_type", self.attitude_type, known)
         check_sequence(self.rotation_sequence)
         interpolant(self)
@@ -99,7 +87,7 @@ def blocks(nodes: Nodes, options: AemOptions, syntax: str) -> Iterator[bytes]:
     quaternions = "QUATERNION/ANGVEL" if writes_rates(options.rates, head) else "QUATERNION"
     attitude_type = options.attitude_type or quaternions
     kind = ATTITUDE_TYPES[attitude_type]
-    if (kind.rate or kind.attitude is SPIN) and not head.has_rate:
+    if (kind.rate or kind.attitude is Columns.SPIN) and not head.has_rate:
         raise InputError("attitude_type", attitude_type, "QUATERNION or EULER_ANGLE: there are no rates")
     name = options.name_of(head.name)
     return AemContent(nodes, options, frame, time_system, attitude_type, name).blocks(syntax == "xml")
@@ -118,7 +106,7 @@ class AemContent(NamedTuple):
     @property
     def has_rate(self) -> bool:
         """Whether rows have an angular velocity beside the attitude."""
-        return ATTITUDE_TYPES[self.attitude_type].rate is ANGVEL
+        return ATTITUDE_TYPES[self.attitude_type].rate is Columns.ANGVEL
 
     def blocks(self, is_xml: bool) -> Iterator[bytes]:
         """The file."""
@@ -144,7 +132,7 @@ class AemContent(NamedTuple):
         for element, names in (("quaternion", kind.attitude), ("angVel", kind.rate)):
             units = [f' units="{UNITS[name]}"' if name in UNITS else "" for name in names]
             values = "".join(f"<{name}{unit}>%s</{name}>\n" for name, unit in zip(names, units, strict=True))
-            is_group = kind.attitude is Q and names
+            is_group = kind.attitude is Columns.Q and names
             content += f"<{element}>\n{values}</{element}>\n" if is_group else values
         state = kind.elements[0]
         return f"<attitudeState>\n<{state}>\n{content}</{state}>\n</attitudeState>\n".encode()
@@ -163,8 +151,12 @@ class AemContent(NamedTuple):
         }[self.attitude_type[0]]
         if self.has_rate:
             lines.append(f"ANGVEL is that of {body} relative to {frame}, components in {body}, deg/s")
-        if frame in UNREGISTERED_FRAMES:
-            lines.append(f"{frame} is not in the SANA registry of frames: {UNREGISTERED_FRAMES[frame]}")
+        unregistered = {
+            "ECLIPJ2000": f"EME2000 turned about its X axis by {OBLIQUITY_J2000} arcsec",
+            "INERTIAL": "an inertial frame of the producer's own",
+        }
+        if frame in unregistered:
+            lines.append(f"{frame} is not in the SANA registry of frames: {unregistered[frame]}")
         remarks = [self.nodes.remark] if self.attitude_type[0] == "Q" else []
         return [*lines, *remarks, *self.nodes.notes]
 

@@ -14,68 +14,56 @@ from ...errors import AttitudeError, note, suggestion
 from ...frames import rotations
 from ...frames.inertial import from_gcrf
 from .. import schema
+from ..date_text import one_date
 from .block_reader import Block, BlockReader, capitals
 from .conventions import RowConvention
 from .epochs import RowError
-from .keywords import (
-    ANGLES,
-    ANGLES_DOT,
-    ANGVEL,
-    HEADER,
-    INERTIA,
-    MOMENTUM,
-    NUTATION,
-    Q_DOT,
-    SPIN,
-    TORQUE,
-    Q,
-    frame_named,
-)
+from .keywords import HEADER, Columns, frame_named
 from .ndm import NdmLine, Syntax, read_ndm
 
-BLOCKS = {
-    "quaternionState": "QUAT",
-    "eulerAngleState": "EULER",
-    "eulerElementsThree": "EULER",
-    "eulerElementsSpin": "SPIN",
-    "spin": "SPIN",
-    "angularVelocity": "ANGVEL",
-    "inertia": "INERTIA",
-    "spacecraftParameters": "INERTIA",
-    "maneuverParameters": "MAN",
-    "metadata": "META",
-}
-SYNTAX = Syntax("apm", ("1.0", "2.0"), BLOCKS, {})
-METADATA = {"OBJECT_NAME", "OBJECT_ID", "CENTER_NAME", "TIME_SYSTEM", "EPOCH"}
-FRAMES = {"REF_FRAME_A", "REF_FRAME_B"}
+SYNTAX = Syntax(
+    "apm",
+    ("1.0", "2.0"),
+    {
+        "quaternionState": "QUAT",
+        "eulerAngleState": "EULER",
+        "eulerElementsThree": "EULER",
+        "eulerElementsSpin": "SPIN",
+        "spin": "SPIN",
+        "angularVelocity": "ANGVEL",
+        "inertia": "INERTIA",
+        "spacecraftParameters": "INERTIA",
+        "maneuverParameters": "MAN",
+        "metadata": "META",
+    },
+    {},
+)
+METADATA = {*HEADER, "OBJECT_NAME", "OBJECT_ID", "CENTER_NAME", "TIME_SYSTEM", "EPOCH"}
 KEYWORDS = {
-    "QUAT": {*FRAMES, *Q, *Q_DOT},
-    "EULER": {*FRAMES, "EULER_ROT_SEQ", *ANGLES, *ANGLES_DOT},
-    "SPIN": {*FRAMES, *SPIN, *NUTATION, *MOMENTUM},
-    "ANGVEL": {*FRAMES, "ANGVEL_FRAME", *ANGVEL},
-    "INERTIA": {"INERTIA_REF_FRAME", *INERTIA},
-    "MAN": {"MAN_EPOCH_START", "MAN_DURATION", "MAN_REF_FRAME", *TORQUE, "MAN_DELTA_MASS"},
+    "QUAT": {"REF_FRAME_A", "REF_FRAME_B", *Columns.Q, *Columns.Q_DOT},
+    "EULER": {"REF_FRAME_A", "REF_FRAME_B", "EULER_ROT_SEQ", *Columns.ANGLES, *Columns.ANGLES_DOT},
+    "SPIN": {"REF_FRAME_A", "REF_FRAME_B", *Columns.SPIN, *Columns.NUTATION, *Columns.MOMENTUM},
+    "ANGVEL": {"REF_FRAME_A", "REF_FRAME_B", "ANGVEL_FRAME", *Columns.ANGVEL},
+    "INERTIA": {"INERTIA_REF_FRAME", *Columns.INERTIA},
+    "MAN": {"MAN_EPOCH_START", "MAN_DURATION", "MAN_REF_FRAME", *Columns.TORQUE, "MAN_DELTA_MASS"},
 }
 # Of version 1: the block of a keyword, and its name in version 2.
 FIRST_VERSION = {
-    **{f"Q_{name}": ("QUAT", f"REF_{name}") for name in ("FRAME_A", "FRAME_B")},
-    **{f"EULER_{name}": ("EULER", f"REF_{name}") for name in ("FRAME_A", "FRAME_B")},
-    **{f"SPIN_{name}": ("SPIN", f"REF_{name}") for name in ("FRAME_A", "FRAME_B")},
-    **{name: ("QUAT", name) for name in (*Q, *Q_DOT)},
-    "Q_DIR": ("QUAT", "DIR"),
-    "EULER_DIR": ("EULER", "DIR"),
-    "SPIN_DIR": ("SPIN", "DIR"),
+    **{
+        f"{prefix}_{old}": (block, name)
+        for prefix, block in (("Q", "QUAT"), ("EULER", "EULER"), ("SPIN", "SPIN"))
+        for old, name in (("FRAME_A", "REF_FRAME_A"), ("FRAME_B", "REF_FRAME_B"), ("DIR", "DIR"))
+    },
+    **{name: ("QUAT", name) for name in (*Columns.Q, *Columns.Q_DOT)},
     **{name: ("EULER", name) for name in ("EULER_ROT_SEQ", "RATE_FRAME")},
-    **{name: ("SPIN", name) for name in (*SPIN, *NUTATION)},
-    **dict(
-        zip(
-            ("I11", "I22", "I33", "I12", "I13", "I23", "INERTIA_REF_FRAME"),
-            (("INERTIA", name) for name in (*INERTIA, "INERTIA_REF_FRAME")),
-            strict=True,
-        )
-    ),
+    **{name: ("SPIN", name) for name in (*Columns.SPIN, *Columns.NUTATION)},
+    "INERTIA_REF_FRAME": ("INERTIA", "INERTIA_REF_FRAME"),
+    **{
+        f"I{axes}": ("INERTIA", name)
+        for axes, name in zip((11, 22, 33, 12, 13, 23), Columns.INERTIA, strict=True)
+    },
     **{name: ("MAN", name) for name in ("MAN_EPOCH_START", "MAN_DURATION", "MAN_REF_FRAME")},
-    **{f"MAN_TOR_{i}": ("MAN", name) for i, name in enumerate(TORQUE, start=1)},
+    **{f"MAN_TOR_{i}": ("MAN", name) for i, name in enumerate(Columns.TORQUE, start=1)},
 }
 MAX_DISAGREEMENT = 1e-2  # rad, and of a rate: of blocks that state the same in few digits
 
@@ -121,21 +109,20 @@ class _Message(BlockReader):
         self.external = self.body = ""
 
     def _mark(self, line: NdmLine) -> None:
+        """Begin or end a block; in version 1, keywords do."""
         name, _, mark = line.keyword.rpartition("_")
-        if name == "META":
+        if name == "META" or self.version == "1.0":
             return
-        if mark == "START" and self.version != "1.0":
-            if name not in KEYWORDS or self.open is not None:
-                raise self.error(f"{line.keyword[:40]} does not belong here", line.number)
-            self.open = Block(name, line.number, {}, [])
+        is_start = mark == "START"
+        belongs = not self.open and name in KEYWORDS if is_start else self.open and self.open.name == name
+        if not belongs:
+            raise self.error(f"{line.keyword[:40]} does not belong here", line.number)
+        self.open = Block(name, line.number, {}, []) if is_start else None
+        if self.open:
             self.blocks.append(self.open)
-        elif mark == "STOP" and self.version != "1.0":
-            if self.open is None or self.open.name != name:
-                raise self.error(f"{line.keyword[:40]} does not belong here", line.number)
-            self.open = None
 
     def _add(self, line: NdmLine) -> None:
-        known = KEYWORDS[self.open.name] if self.open else HEADER.keys() | METADATA
+        known = KEYWORDS[self.open.name] if self.open else METADATA
         fields = self.open.fields if self.open else self.fields
         if line.keyword not in known:
             where = f"a block {self.open.name}" if self.open else "the header and metadata"
@@ -149,13 +136,13 @@ class _Message(BlockReader):
 
     def _add_first_version(self, line: NdmLine) -> None:
         """Version 1 has no delimiters in KVN: a keyword tells its block, and MAN_EPOCH_START a new one."""
-        if line.keyword in HEADER.keys() | METADATA:
+        if line.keyword in METADATA:
             self.fields.setdefault(line.keyword, line)
             return
         block, name = FIRST_VERSION.get(line.keyword, ("", ""))
         turn = re.fullmatch(r"[XYZ]_(ANGLE|RATE)|rotation[123]", line.keyword)
         if turn:
-            block, names = "EULER", (*ANGLES, *ANGLES_DOT)
+            block, names = "EULER", (*Columns.ANGLES, *Columns.ANGLES_DOT)
             self.angles = 3 if turn[1] == "RATE" and self.angles < 3 else self.angles
             if self.angles > 5:
                 raise self.error("more than three angles and rates", line.number)
@@ -181,7 +168,7 @@ class _Message(BlockReader):
         assert epoch is not None
         document: dict[str, Any] = {
             "name": self.fields["OBJECT_NAME"].value,
-            "epoch": {"time": schema.iso_text(epoch).item().decode(), "scale": epoch.scale},
+            "epoch": {"time": one_date(epoch), "scale": epoch.scale},
         }
         if "CENTER_NAME" in self.fields and self.fields["CENTER_NAME"].value.upper() != "EARTH":
             note(
@@ -241,11 +228,13 @@ class _Message(BlockReader):
         if direction not in ("A2B", "B2A"):
             raise self.error(f"{direction[:20]!r} is neither A2B nor B2A", block.fields["DIR"].number)
         is_to_body = is_a == (direction == "A2B")
-        groups = {"QUAT": (Q, Q_DOT), "EULER": (ANGLES, ANGLES_DOT)}.get(block.name, (SPIN, NUTATION))
-        if block.name == "SPIN" and any(name in block.fields for name in MOMENTUM):
-            groups = SPIN, MOMENTUM
-        has_rate = any(name in block.fields for name in groups[1])
-        columns = groups[0] + (groups[1] if has_rate else ())
+        attitude, *rates = {
+            "QUAT": (Columns.Q, Columns.Q_DOT),
+            "EULER": (Columns.ANGLES, Columns.ANGLES_DOT),
+            "SPIN": (Columns.SPIN, Columns.MOMENTUM, Columns.NUTATION),
+        }[block.name]
+        stated = (names for names in rates if any(name in block.fields for name in names))
+        columns = attitude + next(stated, ())
         axes = self.euler_axes(block) if block.name == "EULER" else ""
         if block.name == "SPIN" and not is_to_body:
             raise self.error("a spin is relative to frame A, and frame B is the body's", block.number)
@@ -260,7 +249,7 @@ class _Message(BlockReader):
     def _angular_velocity(self, block: Block, state: StatedAttitude) -> np.ndarray:
         """(3,) rad/s of the body relative to the external frame, along the body's axes."""
         _, is_a = self._frames_agreed(block)
-        rate = np.deg2rad([self.number(block, name) for name in ANGVEL])
+        rate = np.deg2rad([self.number(block, name) for name in Columns.ANGVEL])
         line = block.fields.get("ANGVEL_FRAME")
         name = "" if line is None else capitals(line)
         if name not in (self.body, "REF_FRAME_A", "REF_FRAME_B") and frame_named(name) != self.external:
@@ -296,7 +285,7 @@ class _Message(BlockReader):
             epochs = self.fields["EPOCH"], line
             start = float(self.instants(self.fields["TIME_SYSTEM"], epochs).seconds[1])
             duration = self.number(block, "MAN_DURATION")
-            torque = np.array([self.number(block, name) for name in TORQUE])
+            torque = np.array([self.number(block, name) for name in Columns.TORQUE])
             if duration < 0.0:
                 raise self.error(f"MAN_DURATION is {duration!r} s", block.fields["MAN_DURATION"].number)
             if "MAN_DELTA_MASS" in block.fields:

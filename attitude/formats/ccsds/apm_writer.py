@@ -11,17 +11,10 @@ from astropy.time import Time
 
 from ... import units
 from ...errors import FormatError, InputError
-from .. import schema
+from ..date_text import one_date
 from .epochs import TIME_SYSTEMS
-from .keywords import ANGVEL, INERTIA, TORQUE, Q
+from .keywords import Columns
 from .message_text import MessageOptions, MessageText, Pairs, inertia_elements, numbers, registered_name
-
-ELEMENTS = {
-    "QUAT": "quaternionState",
-    "ANGVEL": "angularVelocity",
-    "INERTIA": "inertia",
-    "MAN": "maneuverParameters",
-}
 
 
 class Manoeuvre(NamedTuple):
@@ -100,21 +93,21 @@ def apm_text(state: ApmState, options: ApmOptions) -> str:
         "Products of inertia are elements of the tensor, -integral of x y dm",
         *(ascii(text)[1:-1][:200] for text in state.comments),
     ]
-    data = [*(("COMMENT", comment) for comment in comments), ("EPOCH", _date(state.epoch, 0.0))]
+    data = [*(("COMMENT", comment) for comment in comments), ("EPOCH", one_date(state.epoch))]
     text = MessageText("apm", options.syntax == "xml")
     before, between, after = text.segment
     parts = [text.head(options.header()), before, text.lines(metadata), between, text.lines(data)]
-    for block, pairs in _blocks(state, options):
-        q = [pair for pair in pairs if text.is_xml and pair[0] in Q]  # in an element of their own
-        parts += [text.begin(block, ELEMENTS[block]), text.lines([pair for pair in pairs if pair not in q])]
+    for block, element, pairs in _blocks(state, options):
+        q = [pair for pair in pairs if text.is_xml and pair[0] in Columns.Q]  # in an element of their own
+        parts += [text.begin(block, element), text.lines([pair for pair in pairs if pair not in q])]
         parts += [
             f"<quaternion>\n{text.lines(q)}</quaternion>\n" if q else "",
-            text.end(block, ELEMENTS[block]),
+            text.end(block, element),
         ]
     return "".join([*parts, after, text.tail])
 
 
-def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, Pairs]]:
+def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, str, Pairs]]:
     frames = [
         ("REF_FRAME_A", registered_name(state.frame)),
         ("REF_FRAME_B", options.body_frame),
@@ -124,26 +117,24 @@ def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, Pairs]]:
         rate = np.rad2deg(state.rate)
     if not np.isfinite(rate).all():
         raise FormatError("a rate that overflows a double in deg/s")
-    inertia = zip(INERTIA, inertia_elements(state.tensor), strict=True)
+    inertia = zip(Columns.INERTIA, inertia_elements(state.tensor), strict=True)
     blocks = [
-        ("QUAT", [*frames, *zip(Q, numbers([*xyz, w]), strict=True)]),
+        ("QUAT", "quaternionState", [*frames, *zip(Columns.Q, numbers([*xyz, w]), strict=True)]),
         (
             "ANGVEL",
-            [*frames, ("ANGVEL_FRAME", options.body_frame), *zip(ANGVEL, numbers(rate), strict=True)],
+            "angularVelocity",
+            [*frames, ("ANGVEL_FRAME", options.body_frame), *zip(Columns.ANGVEL, numbers(rate), strict=True)],
         ),
-        ("INERTIA", [("INERTIA_REF_FRAME", options.body_frame), *inertia]),
+        ("INERTIA", "inertia", [("INERTIA_REF_FRAME", options.body_frame), *inertia]),
     ]
     for torque in state.manoeuvres:
         axes = options.body_frame if torque.is_body else state.inertial_frame
+        start = state.epoch + torque.start * u.s if torque.start else state.epoch
         pairs: Pairs = [
-            ("MAN_EPOCH_START", _date(state.epoch, torque.start)),
+            ("MAN_EPOCH_START", one_date(start)),
             ("MAN_DURATION", numbers([torque.duration])[0]),
             ("MAN_REF_FRAME", axes),
-            *zip(TORQUE, numbers(torque.torque), strict=True),
+            *zip(Columns.TORQUE, numbers(torque.torque), strict=True),
         ]
-        blocks.append(("MAN", pairs))
+        blocks.append(("MAN", "maneuverParameters", pairs))
     return blocks
-
-
-def _date(epoch: Time, seconds: float) -> str:
-    return str(schema.iso_text(epoch + seconds * u.s if seconds else epoch).item().decode())

@@ -14,16 +14,8 @@ from ...times.instants import Instants
 from ..text_reader import TextReader, finite_number
 from .conventions import euler_axes
 from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
-from .keywords import INERTIA, TORQUE, UNITS, frame_named
+from .keywords import UNITS, Columns, frame_named
 from .ndm import NdmLine
-
-ALL_UNITS = {
-    **UNITS,
-    **dict.fromkeys(INERTIA, "kg*m**2"),
-    **dict.fromkeys(TORQUE, "N*m"),
-    "MAN_DURATION": "s",
-    "MAN_DELTA_MASS": "kg",
-}
 
 
 class Block(NamedTuple):
@@ -50,7 +42,7 @@ class BlockReader(TextReader):
         value = finite_number(line.value)
         if np.isnan(value):
             raise self.error(f"{name} is {line.value[:40]!r}, not a finite number", line.number)
-        unit = ALL_UNITS.get(name, "")
+        unit = UNITS.get(name, "")
         stated = line.units.strip().replace("**", "^").lower()
         if stated and stated != unit.replace("**", "^").lower():
             raise self.error(f"{name} in {line.units[:20]}, not {unit or 'without units'}", line.number)
@@ -58,7 +50,7 @@ class BlockReader(TextReader):
 
     def tensor(self, block: Block) -> list[list[float]]:
         """The inertia tensor (3, 3), kg m2; products of inertia are its elements."""
-        xx, yy, zz, xy, xz, yz = (self.number(block, name) for name in INERTIA)
+        xx, yy, zz, xy, xz, yz = (self.number(block, name) for name in Columns.INERTIA)
         return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
     def rigid_body(self, block: Block) -> RigidBody:

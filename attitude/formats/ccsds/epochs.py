@@ -33,7 +33,6 @@ TIME_SYSTEMS = {
 MAX_DECIMALS = 18
 EPOCH = re.compile(rb"(\d{4})-(?:(\d\d)-(\d\d)|(\d{3}))T(\d\d):(\d\d):(\d\d)(?:\.(\d+))?(Z?)")
 SECONDS_PER_DAY_SLOT = 86401  # longest day, s: day * slot + second of day increases through leap seconds
-FIRST_LEAP_SECOND_DAY = 41317  # MJD of 1972-01-01
 
 
 class RowError(ValueError):
@@ -233,7 +232,7 @@ def to_instants(stamps: Timestamps, system: str) -> Instants:
     day, second = np.divmod(stamps.second, SECONDS_PER_DAY_SLOT)
     scale = TIME_SYSTEMS[system]
     epoch = _time(day[:1], second[:1], stamps.atto[:1], system)[0]
-    if scale == "utc" and day.min() >= FIRST_LEAP_SECOND_DAY:
+    if scale == "utc" and day.min() >= 41317:  # MJD of 1972-01-01
         second = second + tai_minus_utc(day)
     elif scale not in ("tai", "tt"):
         return as_instants(_time(day, second, stamps.atto, system), epoch, "EPOCH")

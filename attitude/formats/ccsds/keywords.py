@@ -13,7 +13,6 @@ from ...errors import FormatError, suggestion
 from ...samples.interpolation import MAX_STATED_DEGREE
 from .epochs import TIME_SYSTEMS, RowError, parse_epoch
 
-VERSIONS = ("1.0", "2.0")
 # Names of the SANA registries (celestial body reference frames, orbit-relative frames) and others in use, for
 # axes that this library has; realisations of the ITRF differ by less than 1e-8 rad.
 FRAMES = {
@@ -26,8 +25,6 @@ FRAMES = {
     r"LVLH(_ROTATING)?": "LVLH",
     r"(QSW|RSW|RTN|RIC)(_ROTATING)?": "QSW",
 }
-BOTH, FIRST, SECOND = VERSIONS, ("1.0",), ("2.0",)
-
 MAX_VALUE_LENGTH = 230  # characters: a line has at most 254, and the longest keyword 20 (6.6.1)
 VALUE = f"one line of 1 to {MAX_VALUE_LENGTH} printable ASCII characters, no blank at its ends"
 
@@ -43,95 +40,100 @@ def frame_named(name: str) -> str:
 
 
 class Keyword(NamedTuple):
-    """The versions that have a keyword, and whether it is mandatory in them."""
+    """Whether a keyword is mandatory, and the only version that has it; "" where both have."""
 
-    versions: tuple[str, ...]
     mandatory: bool = False
+    only: str = ""
 
 
 HEADER = {
-    "CLASSIFICATION": Keyword(SECOND),
-    "CREATION_DATE": Keyword(BOTH, True),
-    "ORIGINATOR": Keyword(BOTH, True),
-    "MESSAGE_ID": Keyword(SECOND),
+    "CLASSIFICATION": Keyword(only="2.0"),
+    "CREATION_DATE": Keyword(True),
+    "ORIGINATOR": Keyword(True),
+    "MESSAGE_ID": Keyword(only="2.0"),
 }
 METADATA = {
-    "OBJECT_NAME": Keyword(BOTH, True),
-    "OBJECT_ID": Keyword(BOTH),  # mandatory, and often left out
-    "CENTER_NAME": Keyword(BOTH),
-    "REF_FRAME_A": Keyword(BOTH, True),
-    "REF_FRAME_B": Keyword(BOTH, True),
-    "ATTITUDE_DIR": Keyword(FIRST, True),
-    "TIME_SYSTEM": Keyword(BOTH, True),
-    "START_TIME": Keyword(BOTH, True),
-    "USEABLE_START_TIME": Keyword(BOTH),
-    "USEABLE_STOP_TIME": Keyword(BOTH),
-    "STOP_TIME": Keyword(BOTH, True),
-    "ATTITUDE_TYPE": Keyword(BOTH, True),
-    "QUATERNION_TYPE": Keyword(FIRST),
-    "EULER_ROT_SEQ": Keyword(BOTH),
-    "RATE_FRAME": Keyword(FIRST),
-    "ANGVEL_FRAME": Keyword(SECOND),
-    "INTERPOLATION_METHOD": Keyword(BOTH),
-    "INTERPOLATION_DEGREE": Keyword(BOTH),
+    "OBJECT_NAME": Keyword(True),
+    "OBJECT_ID": Keyword(),  # mandatory, and often left out
+    "CENTER_NAME": Keyword(),
+    "REF_FRAME_A": Keyword(True),
+    "REF_FRAME_B": Keyword(True),
+    "ATTITUDE_DIR": Keyword(True, "1.0"),
+    "TIME_SYSTEM": Keyword(True),
+    "START_TIME": Keyword(True),
+    "USEABLE_START_TIME": Keyword(),
+    "USEABLE_STOP_TIME": Keyword(),
+    "STOP_TIME": Keyword(True),
+    "ATTITUDE_TYPE": Keyword(True),
+    "QUATERNION_TYPE": Keyword(only="1.0"),
+    "EULER_ROT_SEQ": Keyword(),
+    "RATE_FRAME": Keyword(only="1.0"),
+    "ANGVEL_FRAME": Keyword(only="2.0"),
+    "INTERPOLATION_METHOD": Keyword(),
+    "INTERPOLATION_DEGREE": Keyword(),
 }
-INTERPOLATION_METHODS = ("LINEAR", "HERMITE", "LAGRANGE")
-# Segments are joined to one ephemeris if they agree in these.
-SHARED_KEYWORDS = (
-    "OBJECT_NAME",
-    "OBJECT_ID",
-    "CENTER_NAME",
-    "REF_FRAME_A",
-    "REF_FRAME_B",
-    "ATTITUDE_DIR",
-    "TIME_SYSTEM",
-)
 
-Q = ("Q1", "Q2", "Q3", "QC")
-Q_DOT = ("Q1_DOT", "Q2_DOT", "Q3_DOT", "QC_DOT")
-ANGVEL = ("ANGVEL_X", "ANGVEL_Y", "ANGVEL_Z")
-ANGLES = ("ANGLE_1", "ANGLE_2", "ANGLE_3")
-ANGLES_DOT = ("ANGLE_1_DOT", "ANGLE_2_DOT", "ANGLE_3_DOT")
-SPIN = ("SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL")
-NUTATION = ("NUTATION", "NUTATION_PER", "NUTATION_PHASE")
-MOMENTUM = ("MOMENTUM_ALPHA", "MOMENTUM_DELTA", "NUTATION_VEL")
-INERTIA = ("IXX", "IYY", "IZZ", "IXY", "IXZ", "IYZ")
-TORQUE = ("MAN_TOR_X", "MAN_TOR_Y", "MAN_TOR_Z")
+
+class Columns:
+    """Keywords of the numbers that state an attitude, a rate, an inertia or a torque, in their order."""
+
+    Q = ("Q1", "Q2", "Q3", "QC")
+    Q_DOT = ("Q1_DOT", "Q2_DOT", "Q3_DOT", "QC_DOT")
+    ANGVEL = ("ANGVEL_X", "ANGVEL_Y", "ANGVEL_Z")
+    ANGLES = ("ANGLE_1", "ANGLE_2", "ANGLE_3")
+    ANGLES_DOT = ("ANGLE_1_DOT", "ANGLE_2_DOT", "ANGLE_3_DOT")
+    SPIN = ("SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL")
+    NUTATION = ("NUTATION", "NUTATION_PER", "NUTATION_PHASE")
+    MOMENTUM = ("MOMENTUM_ALPHA", "MOMENTUM_DELTA", "NUTATION_VEL")
+    INERTIA = ("IXX", "IYY", "IZZ", "IXY", "IXZ", "IYZ")
+    TORQUE = ("MAN_TOR_X", "MAN_TOR_Y", "MAN_TOR_Z")
+
+
 UNITS = {
-    **dict.fromkeys(Q_DOT, "1/s"),
-    **dict.fromkeys(ANGLES, "deg"),
-    **dict.fromkeys((*ANGVEL, *ANGLES_DOT), "deg/s"),
-    **dict.fromkeys((*SPIN[:3], "NUTATION", "NUTATION_PHASE", *MOMENTUM[:2]), "deg"),
+    **dict.fromkeys(Columns.Q_DOT, "1/s"),
+    **dict.fromkeys(Columns.ANGLES, "deg"),
+    **dict.fromkeys((*Columns.ANGVEL, *Columns.ANGLES_DOT), "deg/s"),
+    **dict.fromkeys((*Columns.SPIN[:3], "NUTATION", "NUTATION_PHASE", *Columns.MOMENTUM[:2]), "deg"),
     **dict.fromkeys(("SPIN_ANGLE_VEL", "NUTATION_VEL"), "deg/s"),
     "NUTATION_PER": "s",
+    **dict.fromkeys(Columns.INERTIA, "kg*m**2"),
+    **dict.fromkeys(Columns.TORQUE, "N*m"),
+    "MAN_DURATION": "s",
+    "MAN_DELTA_MASS": "kg",
 }
 
 
 class AttitudeType(NamedTuple):
-    """An ATTITUDE_TYPE: its versions, the columns of a row, and the XML elements that hold them."""
+    """An ATTITUDE_TYPE: the columns of a row, the XML elements that hold them, and its only version."""
 
-    versions: tuple[str, ...]
     attitude: tuple[str, ...]
     rate: tuple[str, ...]
     elements: tuple[str, ...]
+    only: str = ""
 
 
 ATTITUDE_TYPES = {
-    "QUATERNION": AttitudeType(BOTH, Q, (), ("quaternionEphemeris", "quaternionState", "quaternion")),
+    "QUATERNION": AttitudeType(Columns.Q, (), ("quaternionEphemeris", "quaternionState", "quaternion")),
     "QUATERNION/DERIVATIVE": AttitudeType(
-        BOTH, Q, Q_DOT, ("quaternionDerivative", "quaternion", "quaternionDot", "quaternionRate")
+        Columns.Q, Columns.Q_DOT, ("quaternionDerivative", "quaternion", "quaternionDot", "quaternionRate")
     ),
-    "QUATERNION/ANGVEL": AttitudeType(SECOND, Q, ANGVEL, ("quaternionAngVel", "quaternion", "angVel")),
-    "QUATERNION/RATE": AttitudeType(FIRST, Q, ANGVEL, ("quaternionEulerRate", "quaternion", "rotationRates")),
-    "EULER_ANGLE": AttitudeType(BOTH, ANGLES, (), ("eulerAngle", "rotationAngles")),
+    "QUATERNION/ANGVEL": AttitudeType(
+        Columns.Q, Columns.ANGVEL, ("quaternionAngVel", "quaternion", "angVel"), "2.0"
+    ),
+    "QUATERNION/RATE": AttitudeType(
+        Columns.Q, Columns.ANGVEL, ("quaternionEulerRate", "quaternion", "rotationRates"), "1.0"
+    ),
+    "EULER_ANGLE": AttitudeType(Columns.ANGLES, (), ("eulerAngle", "rotationAngles")),
     "EULER_ANGLE/RATE": AttitudeType(
-        FIRST, ANGLES, ANGLES_DOT, ("eulerAngleRate", "rotationAngles", "rotationRates")
+        Columns.ANGLES, Columns.ANGLES_DOT, ("eulerAngleRate", "rotationAngles", "rotationRates"), "1.0"
     ),
-    "EULER_ANGLE/DERIVATIVE": AttitudeType(SECOND, ANGLES, ANGLES_DOT, ("eulerAngleDerivative",)),
-    "EULER_ANGLE/ANGVEL": AttitudeType(SECOND, ANGLES, ANGVEL, ("eulerAngleAngVel", "angVel")),
-    "SPIN": AttitudeType(BOTH, SPIN, (), ("spin",)),
-    "SPIN/NUTATION": AttitudeType(BOTH, SPIN, NUTATION, ("spinNutation",)),
-    "SPIN/NUTATION_MOM": AttitudeType(BOTH, SPIN, MOMENTUM, ("spinNutationMom",)),
+    "EULER_ANGLE/DERIVATIVE": AttitudeType(
+        Columns.ANGLES, Columns.ANGLES_DOT, ("eulerAngleDerivative",), "2.0"
+    ),
+    "EULER_ANGLE/ANGVEL": AttitudeType(Columns.ANGLES, Columns.ANGVEL, ("eulerAngleAngVel", "angVel"), "2.0"),
+    "SPIN": AttitudeType(Columns.SPIN, (), ("spin",)),
+    "SPIN/NUTATION": AttitudeType(Columns.SPIN, Columns.NUTATION, ("spinNutation",)),
+    "SPIN/NUTATION_MOM": AttitudeType(Columns.SPIN, Columns.MOMENTUM, ("spinNutationMom",)),
 }
 
 
@@ -139,7 +141,7 @@ class KeywordBlock:
     """The keywords and values of a header or of metadata, each with its line."""
 
     def __init__(self, keywords: Mapping[str, Keyword], version: str, title: str, source: str):
-        self.keywords = {name: word for name, word in keywords.items() if version in word.versions}
+        self.keywords = {name: word for name, word in keywords.items() if word.only in ("", version)}
         self.title, self.version, self.source = title, version, source
         self.values: dict[str, str] = {}
         self.lines: dict[str, int] = {}
@@ -200,8 +202,8 @@ class KeywordBlock:
         A degree is not needed beside an OEM's LINEAR, which needs none.
         """
         name, degree = self.get(keyword), self.degree()
-        if name is not None and name not in INTERPOLATION_METHODS:
-            raise self.error(keyword, f"not one of {', '.join(INTERPOLATION_METHODS)}")
+        if name not in (None, "LINEAR", "HERMITE", "LAGRANGE"):
+            raise self.error(keyword, "not one of LINEAR, HERMITE, LAGRANGE")
         if name is not None and degree is None and (name, keyword) != ("LINEAR", "INTERPOLATION"):
             raise self.error(keyword, "no INTERPOLATION_DEGREE beside it")
         if name is None:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, BinaryIO
 
 from .. import line_blocks
 from ..text_reader import TextReader
-from .keywords import KeywordBlock
 from .message import MessageReader
 from .segment import Segment
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
-
-DATA_STOP = b"DATA_STOP"
 
 
 def read_kvn(stream: BinaryIO, source: str, segment: int | None) -> EphemerisData:
@@ -28,13 +24,11 @@ def read_kvn(stream: BinaryIO, source: str, segment: int | None) -> EphemerisDat
 
 def _find_data_stop(block: line_blocks.LineBlock, offset: int) -> int:
     """Offset of the line DATA_STOP; the block's size if it has none."""
-    match = block.text.find(DATA_STOP, offset)
-    while match >= 0:
+    while (match := block.text.find(b"DATA_STOP", offset)) >= 0:
         begin = block.text.rfind(b"\n", offset, match) + 1 or offset
-        line, following = block.line(begin)
-        if line.split() == [DATA_STOP]:
+        line, offset = block.line(begin)
+        if line.split() == [b"DATA_STOP"]:
             return begin
-        match = block.text.find(DATA_STOP, following)
     return block.size
 
 
@@ -44,8 +38,8 @@ class KvnReader(TextReader):
     def __init__(self, source: str, segment: int | None):
         super().__init__(source)
         self.message = MessageReader(source, segment)
-        self.add_line: Callable[[str, int], None] = self._add_version
-        self.fields: KeywordBlock | None = None
+        self.stage = "version"  # of the next line: version, header, metadata, data or end
+        self.fields = self.message.header()
         self.segment: Segment | None = None  # whose rows are read; None if they are skipped
         self.in_data = self.at_first_row = False
         self.number = 0
@@ -62,56 +56,40 @@ class KvnReader(TextReader):
                 line, offset = block.line(offset)
                 words = line.split(maxsplit=1)
                 # Comments may be anywhere after the first line, and in any character set.
-                if not words or (words[0] == b"COMMENT" and self.add_line != self._add_version):
+                if not words or (words[0] == b"COMMENT" and self.stage != "version"):
                     self.message.add_remarks(self.number)
                 elif not line.isascii():
                     raise self.error("characters that are not ASCII", self.number)
                 else:
                     self.add_line(line.strip().decode("ascii"), self.number)
 
-    # -- the parts of a message, in their order --------------------------------------------------
-
-    def _add_version(self, text: str, number: int) -> None:
-        name, _, version = (part.strip() for part in text.partition("="))
-        if name != "CCSDS_AEM_VERS":
-            raise self.error("not an AEM: no CCSDS_AEM_VERS in its first line", number)
-        self.message.begin(version, number)
-        self.fields, self.add_line = self.message.header(), self._add_to_header
-
-    def _add_to_header(self, text: str, number: int) -> None:
-        assert self.fields is not None
-        if text == "META_START":
-            self.fields.close(number)
-            self.fields, self.add_line = self.message.metadata(), self._add_to_metadata
-        else:
-            self._add_keyword(self.fields, text, number)
-
-    def _add_to_metadata(self, text: str, number: int) -> None:
-        assert self.fields is not None
-        if text == "META_STOP":
-            self.fields.close(number)
-            self.add_line = self._begin_data
-        else:
-            self._add_keyword(self.fields, text, number)
-
-    def _add_keyword(self, fields: KeywordBlock, text: str, number: int) -> None:
+    def add_line(self, text: str, number: int) -> None:
+        """Take a line that is no row: the version, keywords, and what begins and ends their blocks."""
         name, equals, value = (part.strip() for part in text.partition("="))
-        if not equals:
-            raise self.error(f"{text[:40]!r} where KEYWORD = value belongs", number)
-        fields.add(name, value, number)
-
-    def _begin_data(self, text: str, number: int) -> None:
-        if text != "DATA_START":
-            raise self.error(f"{text[:40]!r} where DATA_START belongs", number)
-        assert self.fields is not None
-        self.segment = self.message.begin_segment(self.fields, number)
-        self.in_data = self.at_first_row = True
-
-    def _after_data(self, text: str, number: int) -> None:
-        if text != "META_START":
-            reason = f"{text[:40]!r} after DATA_STOP, where META_START or the end belongs"
-            raise self.error(reason, number)
-        self.fields, self.add_line = self.message.metadata(), self._add_to_metadata
+        if self.stage == "version":
+            if name != "CCSDS_AEM_VERS":
+                raise self.error("not an AEM: no CCSDS_AEM_VERS in its first line", number)
+            self.message.begin(value, number)
+            self.fields, self.stage = self.message.header(), "header"
+        elif self.stage in ("header", "end") and text == "META_START":
+            if self.stage == "header":
+                self.fields.close(number)
+            self.fields, self.stage = self.message.metadata(), "metadata"
+        elif self.stage == "metadata" and text == "META_STOP":
+            self.fields.close(number)
+            self.stage = "data"
+        elif self.stage in ("header", "metadata"):
+            if not equals:
+                raise self.error(f"{text[:40]!r} where KEYWORD = value belongs", number)
+            self.fields.add(name, value, number)
+        elif self.stage == "data" and text == "DATA_START":
+            self.segment = self.message.begin_segment(self.fields, number)
+            self.in_data = self.at_first_row = True
+        else:
+            place = "where DATA_START belongs"
+            if self.stage == "end":
+                place = "after DATA_STOP, where META_START or the end belongs"
+            raise self.error(f"{text[:40]!r} {place}", number)
 
     # -- rows -------------------------------------------------------------------------------------
 
@@ -132,11 +110,11 @@ class KvnReader(TextReader):
             return stop
         if self.segment is not None:
             self.segment.close(block.number_at(stop))
-        self.segment, self.in_data, self.fields, self.add_line = None, False, None, self._after_data
+        self.segment, self.in_data, self.stage = None, False, "end"
         return block.line(stop)[1]
 
     def ephemeris(self) -> EphemerisData:
         """Return what was read; FormatError if the message is truncated."""
-        if self.add_line != self._after_data:
+        if self.stage != "end":
             raise self.error("ends before DATA_STOP", self.number)
         return self.message.ephemeris()

@@ -16,7 +16,7 @@ from ...times.instants import Instants
 from .. import schema
 from ..text_reader import TextReader
 from .epochs import Timestamps, to_instants
-from .keywords import HEADER, METADATA, VERSIONS, KeywordBlock
+from .keywords import HEADER, METADATA, KeywordBlock
 from .segment import Rows, Segment
 
 
@@ -32,7 +32,7 @@ class MessageReader(TextReader):
 
     def begin(self, version: str, line: int) -> None:
         """Set the version; FormatError if it is not supported."""
-        if version not in VERSIONS:
+        if version not in ("1.0", "2.0"):
             raise self.error(f"AEM version {version[:20]!r}, not 1.0 or 2.0", line)
         self.version = version
 

@@ -13,14 +13,7 @@ from ...samples.ephemeris_data import EphemerisData
 from .epochs import RowError, parse_epoch
 from .keywords import VALUE, is_value
 
-VERSION = "2.0"
 Pairs = list[tuple[str, str]]
-# What stands before the metadata of a segment, between them and the data, and after these, in KVN.
-KVN_SEGMENTS = {
-    "aem": ("\nMETA_START\n", "META_STOP\n\nDATA_START\n", "DATA_STOP\n"),
-    "acm": ("\nMETA_START\n", "META_STOP\n", ""),
-    "apm": ("\n", "\n", ""),
-}
 
 
 @dataclass(frozen=True)
@@ -34,12 +27,12 @@ class MessageText:
         """The beginning of the message, with its header."""
         version = f"CCSDS_{self.kind.upper()}_VERS"
         if not self.is_xml:
-            return self.lines([(version, VERSION), *header])
+            return self.lines([(version, "2.0"), *header])
         schema = "https://sanaregistry.org/r/ndmxml_unqualified/ndmxml-4.0.0-master-4.0.xsd"
         return (
             '<?xml version="1.0" encoding="UTF-8"?>\n'
             f'<{self.kind} xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" '
-            f'xsi:noNamespaceSchemaLocation="{schema}" id="{version}" version="{VERSION}">\n'
+            f'xsi:noNamespaceSchemaLocation="{schema}" id="{version}" version="2.0">\n'
             f"<header>\n{self.lines(header)}</header>\n<body>\n"
         )
 
@@ -51,8 +44,13 @@ class MessageText:
     @property
     def segment(self) -> tuple[str, str, str]:
         """What stands before the metadata of a segment, between them and the data, and after these."""
-        xml = "<segment>\n<metadata>\n", "</metadata>\n<data>\n", "</data>\n</segment>\n"
-        return xml if self.is_xml else KVN_SEGMENTS[self.kind]
+        if self.is_xml:
+            return "<segment>\n<metadata>\n", "</metadata>\n<data>\n", "</data>\n</segment>\n"
+        return {
+            "aem": ("\nMETA_START\n", "META_STOP\n\nDATA_START\n", "DATA_STOP\n"),
+            "acm": ("\nMETA_START\n", "META_STOP\n", ""),
+            "apm": ("\n", "\n", ""),
+        }[self.kind]
 
     def lines(self, pairs: Pairs) -> str:
         """Keywords and their values, or comments, a line each."""

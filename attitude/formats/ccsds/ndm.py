@@ -15,7 +15,6 @@ from .. import bounded_read
 from .expat_reader import ExpatReader
 
 MAX_DEPTH = 10  # elements within each other
-UNITS = re.compile(r"(.*?)\s*\[([^][]*)\]")
 
 
 class NdmLine(NamedTuple):
@@ -82,7 +81,7 @@ def _read_kvn(content: bytes, source: str, syntax: Syntax) -> Ndm:
                 raise FormatError(reason, source, number)
             version = _checked_version(value, source, number, syntax)
         elif equals:
-            units = UNITS.fullmatch(value)
+            units = re.fullmatch(r"(.*?)\s*\[([^][]*)\]", value)
             lines.append(NdmLine(name, *(units[1], number, units[2]) if units else (value, number)))
         elif re.fullmatch(r"[A-Z_0-9]+_(START|STOP)", text):
             lines.append(NdmLine(text, "", number))

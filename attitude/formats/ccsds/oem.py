@@ -12,31 +12,30 @@ from ...samples.interpolation import InterpolationMethod
 from ..orbits import OrbitRows, OrbitSegment
 from ..text_reader import TextReader
 from .epochs import RowError, Timestamps, to_instants
-from .keywords import BOTH, HEADER, Keyword, KeywordBlock, frame_named
+from .keywords import HEADER, Keyword, KeywordBlock, frame_named
 from .ndm import NdmLine, Syntax, read_ndm
 from .rows import parse_rows
 
-COLUMNS = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
-ACCELERATIONS = ("X_DDOT", "Y_DDOT", "Z_DDOT")
+COLUMNS = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT", "X_DDOT", "Y_DDOT", "Z_DDOT")  # the last three or none
 SYNTAX = Syntax(
     "oem",
     ("1.0", "2.0", "3.0"),
     {"metadata": "META", "covarianceMatrix": "COVARIANCE"},
-    {"stateVector": ("EPOCH", *COLUMNS, *ACCELERATIONS)},
+    {"stateVector": ("EPOCH", *COLUMNS)},
 )
 METADATA = {
-    "OBJECT_NAME": Keyword(BOTH, True),
-    "OBJECT_ID": Keyword(BOTH),
-    "CENTER_NAME": Keyword(BOTH, True),
-    "REF_FRAME": Keyword(BOTH, True),
-    "REF_FRAME_EPOCH": Keyword(BOTH),
-    "TIME_SYSTEM": Keyword(BOTH, True),
-    "START_TIME": Keyword(BOTH, True),
-    "USEABLE_START_TIME": Keyword(BOTH),
-    "USEABLE_STOP_TIME": Keyword(BOTH),
-    "STOP_TIME": Keyword(BOTH, True),
-    "INTERPOLATION": Keyword(BOTH),
-    "INTERPOLATION_DEGREE": Keyword(BOTH),
+    "OBJECT_NAME": Keyword(True),
+    "OBJECT_ID": Keyword(),
+    "CENTER_NAME": Keyword(True),
+    "REF_FRAME": Keyword(True),
+    "REF_FRAME_EPOCH": Keyword(),
+    "TIME_SYSTEM": Keyword(True),
+    "START_TIME": Keyword(True),
+    "USEABLE_START_TIME": Keyword(),
+    "USEABLE_STOP_TIME": Keyword(),
+    "STOP_TIME": Keyword(True),
+    "INTERPOLATION": Keyword(),
+    "INTERPOLATION_DEGREE": Keyword(),
 }
 
 
@@ -114,7 +113,7 @@ class _OemReader(TextReader):
         if not rows:
             raise self.error("a segment without rows", max(fields.lines.values()))
         width = len(rows[0].value.split()) - 1
-        columns = COLUMNS + ACCELERATIONS if width == 9 else COLUMNS
+        columns = COLUMNS if width == 9 else COLUMNS[:6]
         try:
             stamps, numbers = parse_rows([row.value.encode() for row in rows], columns, system)
             later = stamps.is_ascending

@@ -13,12 +13,12 @@ from ...errors import FormatError
 from ...frames import rotations
 from ...samples.chunks import Samples
 from ...samples.ephemeris_data import EphemerisData
-from .. import schema
+from .. import date_text, schema
 from ..text_reader import finite_number
 from ..text_rows import texts
 from . import spin
 from .epochs import EPOCH, RowError, Timestamps, parse_epochs
-from .keywords import ANGLES, ATTITUDE_TYPES, SPIN
+from .keywords import ATTITUDE_TYPES, Columns
 
 
 class RowWriter:
@@ -56,11 +56,11 @@ class RowWriter:
 
     def _numbers(self, piece: EphemerisData) -> np.ndarray:
         """(number_count, n) of the rows."""
-        if self.kind.attitude is SPIN:
+        if self.kind.attitude is Columns.SPIN:
             return spin.numbers(piece, self.kind.rate)
         columns = np.empty((self.number_count, len(piece)))
         count = len(self.kind.attitude)
-        if self.kind.attitude is ANGLES:
+        if self.kind.attitude is Columns.ANGLES:
             columns[:count] = rotations.euler_angles(piece.quaternion("wxyz"), self.sequence).T
             np.rad2deg(columns[:count], out=columns[:count])
         else:
@@ -95,8 +95,8 @@ class RowWriter:
 
 def epoch_texts(piece: EphemerisData) -> np.ndarray:
     """(n,) dates to the nanosecond; FormatError outside the years 1 to 9999."""
-    epochs = schema.dates(piece.instants)
-    if epochs.dtype.itemsize != schema.ISO_BYTES or epochs[0] < b"0001":
+    epochs = date_text.dates(piece.instants)
+    if epochs.dtype.itemsize != date_text.ISO_BYTES or epochs[0] < b"0001":
         raise FormatError("an AEM has dates of the years 1 to 9999")
     return epochs
 

@@ -15,10 +15,9 @@ from ...samples.interpolation import InterpolationMethod
 from .. import text_rows
 from .conventions import row_convention
 from .epochs import RowError, Timestamps, moved, parse_epochs, unit_of
-from .keywords import ATTITUDE_TYPES, SHARED_KEYWORDS, KeywordBlock
+from .keywords import ATTITUDE_TYPES, KeywordBlock
 from .rows import parse_rows
 
-COMMENTS = re.compile(rb"(?m)^[ \t]*COMMENT\b.*$")
 TIMES = ("START_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "STOP_TIME")
 
 
@@ -67,7 +66,7 @@ class Segment:
     def add_lines(self, text: bytes, number: int) -> int:
         """Add whole lines, the first of which has this number; return how many are empty or comments."""
         if b"COMMENT" in text:
-            text = COMMENTS.sub(b"", text)
+            text = re.sub(rb"(?m)^[ \t]*COMMENT\b.*$", b"", text)
         table, numbers = text_rows.read_spaced(text, number, self._column_kinds)
         if numbers:
             self._add(table, numbers)
@@ -130,7 +129,8 @@ class Segment:
 
     def check_after(self, other: Segment) -> None:
         """FormatError if this segment cannot follow another one in one ephemeris."""
-        for name in SHARED_KEYWORDS:
+        shared = ("OBJECT_NAME", "OBJECT_ID", "CENTER_NAME", "REF_FRAME_A", "REF_FRAME_B", "ATTITUDE_DIR")
+        for name in (*shared, "TIME_SYSTEM"):
             if self.fields.get(name) != other.fields.get(name):
                 shown = f"the segment before has {other.fields.values.get(name)}"
                 raise self.fields.error(name, f"{shown}; segment=k reads one of them")

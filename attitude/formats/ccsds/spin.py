@@ -24,14 +24,12 @@ from ...errors import FormatError
 from ...frames import rotations
 from ...samples.ephemeris_data import EphemerisData
 from .epochs import RowError
-from .keywords import NUTATION, SPIN
-
-MAX_OTHER_RATE = 1e-9  # of the rate, that rows of a spin leave out
+from .keywords import Columns
 
 
 def attitude_and_rate(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Quaternions (4, n) wxyz, body to external frame, and body rates (3, n), rad/s; columns in deg and s."""
-    alpha, delta, angle, speed = (np.deg2rad(columns[name]) for name in SPIN)
+    alpha, delta, angle, speed = (np.deg2rad(columns[name]) for name in Columns.SPIN)
     angles = np.stack([alpha + 0.5 * np.pi, 0.5 * np.pi - delta, angle], axis=1)
     q = rotations.from_euler("ZXZ", angles)
     rate = np.zeros((len(q), 3))
@@ -74,7 +72,7 @@ def numbers(piece: EphemerisData, kind: tuple[str, ...]) -> np.ndarray:
     off = np.hypot(rate[:, 0] - precession * x, rate[:, 1] - precession * y)
     _refuse_other_rates(rate, off, "SPIN/NUTATION, which is of bodies symmetric about z")
     columns.append(rate[:, 2] - precession * z)
-    if kind is NUTATION:
+    if kind is Columns.NUTATION:
         period = 2.0 * np.pi / np.where(precession > 0.0, precession, np.inf)  # 0 without nutation
         nutation, phase = np.arctan2(np.sqrt(across), z), np.arctan2(-y, x)
         nutation = np.where(precession > 0.0, nutation, 0.0)
@@ -87,8 +85,9 @@ def numbers(piece: EphemerisData, kind: tuple[str, ...]) -> np.ndarray:
 
 
 def _refuse_other_rates(rate: np.ndarray, off: np.ndarray, kind: str) -> None:
+    """Refuse rates of which rows of a spin leave out more than 1e-9."""
     size = np.linalg.norm(rate, axis=1)
-    if (off > MAX_OTHER_RATE * size).any():
+    if (off > 1e-9 * size).any():
         share = float((off / np.where(size > 0.0, size, 1.0)).max())
         kinds = f"is not that of {kind}; QUATERNION/ANGVEL holds any rate"
         raise FormatError(f"attitude_type: {share:.1e} of the body's rate {kinds}")

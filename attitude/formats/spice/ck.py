@@ -19,7 +19,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ...errors import FormatError
-from .. import schema, time_origin
+from .. import time_origin
+from ..date_text import one_date
 from ..interpolant import Interpolant, hermite
 from ..interpolation_nodes import Nodes
 from . import text_kernels
@@ -50,7 +51,7 @@ def companions(nodes: Nodes, name: str, options: CkOptions) -> dict[str, bytes]:
     """Clock (.tsc), frame (.tf), leap seconds (.tls) and a meta-kernel of all (.tm) for a CK of this name."""
     target = CkTarget.of(nodes, options)
     origin = time_origin.tt_origin(nodes.segments[0].first)
-    anchor = schema.iso_text(origin.time).item().decode()
+    anchor = one_date(origin.time)
     body = target.frame.removesuffix("_BODY")
     texts = {
         ".tsc": text_kernels.clock(target.naif_id, int(origin.tt), anchor),

@@ -20,7 +20,8 @@ from ...frames import rotations
 from ...frames.inertial import from_gcrf
 from ...samples.chunks import Samples
 from ...samples.ephemeris_data import CONVENTION, EphemerisData
-from .. import schema, time_origin
+from .. import time_origin
+from ..date_text import one_date
 from ..interpolant import Interpolant, hermite
 from ..interpolation_nodes import Nodes
 from ..time_origin import TimeOrigin
@@ -161,7 +162,7 @@ def _comments(nodes: Nodes, target: CkTarget, origin: TimeOrigin) -> list[str]:
     from ...version import __version__
 
     head = nodes.segments[0].first
-    anchor = schema.iso_text(origin.time).item().decode()
+    anchor = one_date(origin.time)
     with_or_without = "with" if target.rates else "without"
     return [
         f"Written by attitude {__version__}: {target.name}",
@@ -210,7 +211,7 @@ class CkWriter(NamedTuple):
 
     def write_segment(self, handle: int, segment: Samples, following: float) -> None:
         """Write a segment; all of its ticks are before the one at which the following segment begins."""
-        target, spice = self.target, self.spice
+        target, spice, table = self.target, self.spice, tuple[Any, ...]()
         if target.type == 2 and segment.count < 2:
             reason = "type 2 holds intervals, and a segment of one instant has none; type 3 holds it"
             raise FormatError(reason)
@@ -227,8 +228,8 @@ class CkWriter(NamedTuple):
                     is_rated = velocity is not None
                     spice.ckw03(handle, *span, is_rated, name, len(ticks), *table, 1, ticks[:1])
                 elif target.type == 5:  # subtype 0
-                    table_5 = ticks, records.packets, rate, 1, ticks[:1]
-                    spice.ckw05(handle, 0, target.degree, *span, target.rates, name, *table_5)
+                    table = ticks, records.packets, rate, 1, ticks[:1]
+                    spice.ckw05(handle, 0, target.degree, *span, target.rates, name, *table)
                 else:
                     begins, stops, rates = _intervals(records, is_constant)
                     table = begins.ticks, stops, begins.c_quaternion, np.ascontiguousarray(rates)
