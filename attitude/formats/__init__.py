@@ -6,6 +6,7 @@ schema                metadata and columns, with their units in the names
 interpolation_nodes   the instants written for readers that interpolate, and the error between them
 columnar              numbers alone, with dates as nanoseconds of TAI
 text_rows             numbers as rows of text, and back
+date_text             dates as text
 line_blocks           text in blocks of lines
 bounded_read          contents that are read at once, up to a limit
 binary                sinks and size checks of binary formats
@@ -138,21 +139,18 @@ def read(
     **options: Any,
 ) -> EphemerisData:
     """See `Ephemeris.read`."""
-    if isinstance(path, (str, Path)):
-        return _read_one(path, format, options)
-    if not list(path):
+    paths = [path] if isinstance(path, (str, Path)) else list(path)
+    if not paths:
         raise InputError("path", path, "a file, or several")
-    parts = [_read_one(each, format, options) for each in path]
+    parts = []
+    for each in paths:
+        entry = find_source(each, format)
+        with file_errors(each), open(each, "rb") as stream:
+            parts.append(read_stream(stream, entry, str(each), **options))
     if len(parts) == 1:
         return parts[0]
     own = [replace(part, resample=None, interpolation=in_own_frame(part)) for part in parts]
-    return with_interpolation(joined(own, list(map(str, path))))
-
-
-def _read_one(path: str | Path, format: str | None, options: dict[str, Any]) -> EphemerisData:  # noqa: A002
-    entry = find_source(path, format)
-    with file_errors(path), open(path, "rb") as stream:
-        return read_stream(stream, entry, str(path), **options)
+    return with_interpolation(joined(own, list(map(str, paths))))
 
 
 def read_stream(stream: BinaryIO, entry: Format, source: str, **options: Any) -> EphemerisData:

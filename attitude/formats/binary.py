@@ -9,8 +9,7 @@ from typing import Any, BinaryIO
 from ..errors import FormatError
 from . import bounded_read
 
-MAX_INFLATED_BYTES = 1 << 30  # that any file may unpack to; a larger file, to MAX_INFLATION times its size
-MAX_INFLATION = 100
+MAX_INFLATED_BYTES = 1 << 30  # that any file may unpack to; a larger file, to 100 times its size
 
 
 class Sink:
@@ -64,7 +63,7 @@ def refuse_inflated(stated: int, stream: BinaryIO, source: str) -> None:
     """
     size = stream.seek(0, io.SEEK_END)
     stream.seek(0)
-    limit = max(MAX_INFLATED_BYTES, MAX_INFLATION * size)
+    limit = max(MAX_INFLATED_BYTES, 100 * size)
     if stated > limit:
         raise FormatError(f"states {stated} bytes of data, and a file of its size may have {limit}", source)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from codecs import BOM_UTF8
 from typing import Any, BinaryIO
 
 import orjson
@@ -13,8 +14,6 @@ from ..errors import FormatError
 MAX_TEXT_BYTES = 1 << 30
 MAX_MESSAGE_BYTES = 1 << 28  # of texts that are read into lines and words at once
 MAX_PIPE_BYTES = 1 << 27  # of a pipe or device, whose size is known only at its end
-BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-LONE_RETURN = re.compile(rb"\n?\r(?!\n)")  # as CCSDS 504.0-B-2, 6.6.6 allows
 SAMPLE_BYTES = 1 << 12  # of a file's beginning and end, which are searched for zero bytes
 ALTERNATIVES = "csv, ndjson and arrows are read in blocks"
 
@@ -26,9 +25,13 @@ def text(stream: BinaryIO, source: str, max_bytes: int = MAX_TEXT_BYTES) -> byte
 
     Raises FormatError for more than `max_bytes`, and for zero bytes near either end.
     """
-    size = _remaining(stream)
-    if size is None:
-        return _plain(from_pipe(stream, source, max_bytes))
+    size = 0
+    if stream.seekable():
+        position = stream.tell()
+        size = stream.seek(0, io.SEEK_END) - position
+        stream.seek(position)
+    if size <= 0:  # of a pipe or a device, whose size is not known
+        return with_line_feeds(from_pipe(stream, source, max_bytes).removeprefix(BOM_UTF8))
     if size > max_bytes:
         raise FormatError(f"more than {max_bytes} bytes; {ALTERNATIVES}", source)
     begin = stream.read(SAMPLE_BYTES)
@@ -37,7 +40,7 @@ def text(stream: BinaryIO, source: str, max_bytes: int = MAX_TEXT_BYTES) -> byte
         stream.seek(-SAMPLE_BYTES, io.SEEK_END)
         _refuse_zeros(stream.read(SAMPLE_BYTES), source, None)
         stream.seek(SAMPLE_BYTES - size, io.SEEK_END)
-    return _plain(begin + stream.read(size))
+    return with_line_feeds((begin + stream.read(size)).removeprefix(BOM_UTF8))
 
 
 def json(stream: BinaryIO, source: str) -> Any:
@@ -48,9 +51,11 @@ def json(stream: BinaryIO, source: str) -> Any:
         raise FormatError(f"not JSON: {error.msg}", source, error.lineno) from None
 
 
-def _plain(content: bytes) -> bytes:
-    content = content.removeprefix(BYTE_ORDER_MARK)
-    return content if content.count(b"\r") == content.count(b"\r\n") else LONE_RETURN.sub(b"\n", content)
+def with_line_feeds(content: bytes) -> bytes:
+    """The text whose lines end with LF or CRLF: other line ends (CCSDS 504.0-B-2, 6.6.6) become LF."""
+    if content.count(b"\r") == content.count(b"\r\n"):
+        return content
+    return re.sub(rb"\n?\r(?!\n)", b"\n", content)
 
 
 def from_pipe(stream: BinaryIO, source: str, max_bytes: int = MAX_PIPE_BYTES) -> bytes:
@@ -65,16 +70,6 @@ def from_pipe(stream: BinaryIO, source: str, max_bytes: int = MAX_PIPE_BYTES) ->
         if count > limit:
             raise FormatError(f"a pipe with more than {limit} bytes; {ALTERNATIVES}", source)
     return b"".join(chunks)
-
-
-def _remaining(stream: BinaryIO) -> int | None:
-    """Bytes from the stream's position to its end; None of a pipe or a device."""
-    if not stream.seekable():
-        return None
-    position = stream.tell()
-    size = stream.seek(0, io.SEEK_END) - position
-    stream.seek(position)
-    return size if size > 0 else None
 
 
 def _refuse_zeros(sample: bytes, source: str, first_line: int | None) -> None:

@@ -21,7 +21,7 @@ from astropy.time import Time
 from ..errors import AttitudeError, FormatError, InputError
 from ..frames import rotations
 from ..samples.chunks import CHUNK_INSTANTS, Samples
-from ..samples.ephemeris_data import EphemerisData, OrbitStates
+from ..samples.ephemeris_data import EphemerisData
 from ..samples.transform import in_frame, rotation_between
 from ..times.instants import Instants
 from . import time_origin
@@ -30,19 +30,7 @@ from .date_text import one_date
 from .interpolant import Interpolant
 from .interpolation_nodes import Nodes
 
-FRAME = "ITRF"
-# Position, m, of a body without an orbit: 1000 km above the equator, at longitude 0.
-DEFAULT_POSITION = (7378137.0, 0.0, 0.0)
-# s; no orbit about the Earth turns faster than 1.8e-3 rad/s, so that degree 5 errs by 5 cm at most.
-POSITION_STEP, POSITION_DEGREE = 60.0, 5
-DESCRIPTION = (
-    "Attitude: rotation from the body's axes to the Earth-fixed frame (ITRF, IAU 2006/2000A, {ut1}), scalar "
-    "last, unit quaternion"
-)
-UT1_DESCRIPTIONS = {
-    "tables": "UT1 and the pole from the tables of the IERS",
-    "utc": "UTC taken for UT1, off by at most 0.9 s, and no polar motion",
-}
+DEFAULT_POSITION = (7378137.0, 0.0, 0.0)  # m: 1000 km above the equator, at longitude 0
 
 
 @dataclass(frozen=True)
@@ -63,6 +51,14 @@ class CzmlOptions:
     model: str | None = None
     ut1: str | None = None
 
+    def __post_init__(self) -> None:
+        if self.ut1 is not None:
+            rotations.check_ut1(self.ut1)
+        for field in ("position", "box"):
+            value = getattr(self, field)
+            if value is not None:
+                object.__setattr__(self, field, _three_numbers(value, field))
+
 
 Options = CzmlOptions
 
@@ -79,39 +75,42 @@ def other_interpolants(_: CzmlOptions) -> dict[str, Interpolant]:
 
 def prepared(samples: Samples, options: CzmlOptions) -> Samples:
     """Transform samples to the Earth-fixed frame, in which Cesium interpolates."""
-    if options.ut1 is not None:
-        rotations.check_ut1(options.ut1)
-    return Samples(
-        samples.count, lambda a, b: _earth_fixed(samples.chunk(a, b), options.ut1), samples.progress
-    )
+
+    def earth_fixed(first: int, last: int) -> EphemerisData:
+        try:
+            return in_frame(samples.chunk(first, last), "ITRF", options.ut1)
+        except AttitudeError as error:
+            raise FormatError(f"CZML is relative to the Earth-fixed frame ({error})") from None
+
+    return Samples(samples.count, earth_fixed, samples.progress)
 
 
 def blocks(nodes: Nodes, options: CzmlOptions) -> Iterator[bytes]:
     """Packet of the document, and packet of the body."""
-    fixed = None if options.position is None else _three_numbers(options.position, "position")
-    has_box = options.box is not None and options.model is None
-    size = _three_numbers(options.box, "box") if has_box else None
     head, tail = nodes.segments[0].first, nodes.segments[-1].last
     if head.epoch is None:
         raise FormatError("CZML dates every attitude, and this ephemeris has no epoch")
     span = _interval(head, tail)
     name = head.name or "attitude"
     yield b"[" + orjson.dumps(_document(head, tail, span, name)) + b","
-    description = DESCRIPTION.format(ut1=UT1_DESCRIPTIONS[head.ut1])
+    ut1 = {
+        "tables": "UT1 and the pole from the tables of the IERS",
+        "utc": "UTC taken for UT1, off by at most 0.9 s, and no polar motion",
+    }[head.ut1]
+    frames = f"rotation from the body's axes to the Earth-fixed frame (ITRF, IAU 2006/2000A, {ut1})"
+    comments = [f"Attitude: {frames}, scalar last, unit quaternion", nodes.remark, *nodes.notes]
     packet: dict[str, Any] = {"id": options.id or name, "name": name, "availability": span}
-    packet["description"] = (
-        "<p>" + html.escape(f"{'. '.join([description, nodes.remark, *nodes.notes])}.") + "</p>"
-    )
+    packet["description"] = f"<p>{html.escape('. '.join(comments) + '.')}</p>"
     if options.model is not None:
         packet["model"] = {"gltf": options.model, "minimumPixelSize": 64}
-    if size is not None:
+    elif options.box is not None:
         packet["box"] = {
-            "dimensions": {"cartesian": size},
+            "dimensions": {"cartesian": options.box},
             "outline": True,
             "outlineColor": {"rgba": [0, 0, 0, 255]},
         }
     yield orjson.dumps(packet)[:-1] + b',"position":'
-    yield from _position(head, tail, fixed)
+    yield from _position(head, tail, options.position)
     yield b',"orientation":'
     yield from _orientation(nodes.segments)
     yield b"}]\n"
@@ -146,47 +145,35 @@ def _orientation(segments: tuple[Samples, ...]) -> Iterator[bytes]:
             seconds = piece.elapsed
             time_origin.refuse_unordered(seconds, last, "CZML", "s")
             last = float(seconds[-1])
-            yield (b"," if k else b"") + _rows(seconds, _earth_fixed(piece).quaternion("xyzw"))
+            yield (b"," if k else b"") + _rows(seconds, piece.quaternion("xyzw"))
         yield b"]}"
     yield b"]" if is_list else b""
 
 
 def _position(head: EphemerisData, tail: EphemerisData, fixed: list[float] | None) -> Iterator[bytes]:
+    """The position that is given, or those of an orbit about the Earth, Earth-fixed, m."""
     orbit = head.orbit
-    if fixed is None and orbit is not None and orbit.frame != "INERTIAL" and orbit.is_about_the_earth:
-        first, last = float(head.elapsed[0]), float(tail.elapsed[-1])
-        if last > first:
-            yield orjson.dumps(_sampled(head, "LAGRANGE", POSITION_DEGREE))[:-1] + b',"cartesian":['
-            yield from _positions(orbit, head, first, last)
-            yield b"]}"
-            return
-        fixed = _earth_fixed_positions(orbit, head.instants, head.ut1)[0].tolist()
-    yield orjson.dumps({"cartesian": list(DEFAULT_POSITION) if fixed is None else fixed})
+    if fixed or orbit is None or orbit.frame == "INERTIAL" or not orbit.is_about_the_earth:
+        yield orjson.dumps({"cartesian": fixed or list(DEFAULT_POSITION)})
+        return
 
+    def positions(instants: Instants) -> np.ndarray:
+        turn = rotation_between(orbit.frame, "ITRF", instants, head.ut1)
+        assert turn is not None
+        return rotations.rotate(turn.quaternion, orbit.state(instants)[0])
 
-def _positions(orbit: OrbitStates, head: EphemerisData, first: float, last: float) -> Iterator[bytes]:
-    """Rows of positions at even instants, close enough for interpolation."""
-    intervals = max(POSITION_DEGREE, math.ceil((last - first) / POSITION_STEP))
+    first, last = float(head.elapsed[0]), float(tail.elapsed[-1])
+    if last <= first:
+        yield orjson.dumps({"cartesian": positions(head.instants)[0].tolist()})
+        return
+    yield orjson.dumps(_sampled(head, "LAGRANGE", 5))[:-1] + b',"cartesian":['
+    # No orbit about the Earth turns faster than 1.8e-3 rad/s: degree 5 over minutes errs by 5 cm at most.
+    intervals = max(5, math.ceil((last - first) / 60.0))
     for k in range(0, intervals + 1, CHUNK_INSTANTS):
         i = np.arange(k, min(k + CHUNK_INSTANTS, intervals + 1))
         t = np.where(i == intervals, last, first + (last - first) * (i / intervals))
-        yield (b"," if k else b"") + _rows(
-            t, _earth_fixed_positions(orbit, Instants(t, None, head.epoch), head.ut1)
-        )
-
-
-def _earth_fixed_positions(orbit: OrbitStates, instants: Instants, ut1: str) -> np.ndarray:
-    """(n, 3) m."""
-    turn = rotation_between(orbit.frame, FRAME, instants, ut1)
-    assert turn is not None
-    return rotations.rotate(turn.quaternion, orbit.state(instants)[0])
-
-
-def _earth_fixed(ephemeris: EphemerisData, ut1: str | None = None) -> EphemerisData:
-    try:
-        return in_frame(ephemeris, FRAME, ut1)
-    except AttitudeError as error:
-        raise FormatError(f"CZML is relative to the Earth-fixed frame ({error})") from None
+        yield (b"," if k else b"") + _rows(t, positions(Instants(t, None, head.epoch)))
+    yield b"]}"
 
 
 def _sampled(ephemeris: EphemerisData, algorithm: str, degree: int) -> dict[str, Any]:
@@ -207,12 +194,9 @@ def _interval(head: EphemerisData, tail: EphemerisData) -> str:
     return f"{_date(head.time[0])}/{_date(tail.time[-1])}"
 
 
-def _date(time: Time | None) -> str:
+def _date(time: Time) -> str:
     """ISO 8601, UTC to the nanosecond, without zeros at its end."""
-    if time is None:
-        raise FormatError("CZML dates every attitude, and this ephemeris has no epoch")
-    text = one_date(time.utc)
-    return text.rstrip("0").rstrip(".") + "Z"
+    return one_date(time.utc).rstrip("0").rstrip(".") + "Z"
 
 
 def _three_numbers(value: Any, field: str) -> list[float]:

@@ -33,7 +33,6 @@ SAMPLED_KEYS = {
     "backwardExtrapolationDuration",
     "unitQuaternion",
 }
-DATE_TOLERANCE = 1e-9  # s: dates are written to the nanosecond
 
 
 def parse(
@@ -69,7 +68,7 @@ def _with_method(ephemeris: EphemerisData, packet: dict[str, Any]) -> EphemerisD
     """The ephemeris with the polynomials that the packet states; LINEAR is slerp (Cesium's default)."""
     stated = [
         (part.get("interpolationAlgorithm", "LINEAR"), part.get("interpolationDegree", 1))
-        for part in _intervals(packet)
+        for part in packet["orientation"]
     ]
     (algorithm, degree), others = stated[0], stated[1:]
     if any(other != stated[0] for other in others):
@@ -89,11 +88,6 @@ def _with_method(ephemeris: EphemerisData, packet: dict[str, Any]) -> EphemerisD
     return with_method(signed, InterpolationMethod(algorithm.lower(), used))
 
 
-def _intervals(packet: dict[str, Any]) -> list[Any]:
-    orientation = packet["orientation"]
-    return orientation if isinstance(orientation, list) else [orientation]
-
-
 def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:
     packets = bounded_read.json(stream, source)
     if not (isinstance(packets, list) and packets and all(isinstance(each, dict) for each in packets)):
@@ -107,7 +101,7 @@ def _packets(stream: BinaryIO, source: str) -> list[dict[str, Any]]:
 
 
 def _packet_with_orientation(packets: list[dict[str, Any]], name: str | None) -> dict[str, Any]:
-    """Packet with an orientation, of this id if one is given; packets of one id are parts of one."""
+    """Packet with a list of orientations, of this id if one is given; packets of one id are parts of one."""
     candidates = [
         packet for packet in packets if "orientation" in packet and name in (None, packet.get("id"))
     ]
@@ -117,19 +111,19 @@ def _packet_with_orientation(packets: list[dict[str, Any]], name: str | None) ->
     if len(names) > 1 or (len(candidates) > 1 and candidates[0].get("id") is None):
         listed = ", ".join(names[:10])
         raise FormatError(f"several packets have an orientation ({listed}): one is read, by its id")
-    if len(candidates) == 1:
-        return candidates[0]
-    return {**candidates[0], "orientation": [part for packet in candidates for part in _intervals(packet)]}
+    orientations = [packet["orientation"] for packet in candidates]
+    parts = [part for each in orientations for part in (each if isinstance(each, list) else [each])]
+    return {**candidates[0], "orientation": parts}
 
 
 def _ephemeris(packet: dict[str, Any], source: str) -> EphemerisData:
-    intervals = _intervals(packet)
+    intervals = packet["orientation"]
     if not intervals:
         raise FormatError("orientation: an empty list")
     fields = [f"orientation[{i}]" for i in range(len(intervals))] if len(intervals) > 1 else ["orientation"]
     segments = [_segment(part, field) for part, field in zip(intervals, fields, strict=True)]
     epoch = segments[0][0]
-    parts = [(t + _seconds_between(start, epoch), q) for start, t, q in segments]
+    parts = [(t + float(as_instants(start, epoch).seconds), q) for start, t, q in segments]
     has_interval = [isinstance(part, dict) and "interval" in part for part in intervals]
     seconds, quaternions = _in_order(parts, has_interval)
     quaternion = schema.unit_rows(np.concatenate(quaternions), source, field="unitQuaternion")
@@ -207,7 +201,9 @@ def _times(part: dict[str, Any], times: Sequence[Any], field: str) -> tuple[Time
         raise FormatError(f"{field}: times that are neither all numbers nor all dates")
     if "epoch" not in part:
         raise FormatError(f"{field}: times without an epoch")
-    return _parse_date(part["epoch"], f"{field}.epoch"), np.array(times, dtype=float)
+    return parse_time(_plain_date(part["epoch"], f"{field}.epoch"), "utc", f"{field}.epoch"), np.array(
+        times, dtype=float
+    )
 
 
 def _check_interval(interval: Any, epoch: Time, seconds: np.ndarray, field: str) -> None:
@@ -217,18 +213,10 @@ def _check_interval(interval: Any, epoch: Time, seconds: np.ndarray, field: str)
     ends = interval.split("/") if isinstance(interval, str) else []
     if len(ends) != 2:
         raise FormatError(f"{field}.interval: no two dates with / between them")
-    start, stop = (_seconds_between(_parse_date(end, f"{field}.interval"), epoch) for end in ends)
-    if not (start - DATE_TOLERANCE <= seconds.min() and seconds.max() <= stop + DATE_TOLERANCE):
+    times = [parse_time(_plain_date(end, f"{field}.interval"), "utc", f"{field}.interval") for end in ends]
+    start, stop = (float(as_instants(time, epoch).seconds) for time in times)
+    if not (start - 1e-9 <= seconds.min() and seconds.max() <= stop + 1e-9):  # dates have nanoseconds
         raise FormatError(f"{field}: attitudes outside their interval")
-
-
-def _seconds_between(time: Time, epoch: Time) -> float:
-    """Seconds from the epoch to the time."""
-    return float(as_instants(time, epoch).seconds)
-
-
-def _parse_date(text: Any, field: str) -> Time:
-    return parse_time(_plain_date(text, field), "utc", field)
 
 
 def _plain_date(text: Any, field: str) -> str:

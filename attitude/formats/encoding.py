@@ -20,7 +20,6 @@ from .tables import json as columnar_json
 if TYPE_CHECKING:
     from ..samples.ephemeris_data import EphemerisData
 
-
 BLOCK_BYTES = 1 << 21  # of what is sent, at least
 
 

@@ -20,10 +20,6 @@ from ..samples.interpolation import hermite_components
 if TYPE_CHECKING:
     from ..samples.ephemeris_data import EphemerisData
 
-MAX_DEGREE = 15
-HERMITE_DEGREES = (3, 7, 11, 15)
-OTHER_DEGREES = (5, 7, 11, 15)  # that are tried for advice
-ROUNDING = 2e-15  # rad, of a file's numbers and of a reader's arithmetic
 # Errors are evaluated at these fractions of every interval.  They are zero at its ends and, between, the
 # nodal polynomial (squared, for Hermite's) times a smooth factor.  For factors linear in time, in every
 # interval of the windows, the greatest error is at most 1.05 times the greatest at these fractions;
@@ -101,6 +97,7 @@ class Interpolant(NamedTuple):
     ) -> np.ndarray:
         """Errors as by `errors`, of windows that shrink near the ends, as in SPICE; true : (m, p, 4)."""
         half, errors = (self.width + 1) // 2, np.empty(len(intervals))
+        rounding = 2e-15  # rad, of a file's numbers and of a reader's arithmetic
         q = rotations.sign_continuous(nodes[:, :4])
         before = np.minimum(intervals, half - 1)
         after = np.minimum(len(t) - 1 - intervals, half)
@@ -116,25 +113,25 @@ class Interpolant(NamedTuple):
             length = np.sqrt((p * p).sum(axis=1, keepdims=True))
             p = np.where(length > 0.0, p / np.where(length > 0.0, length, 1.0), [1.0, 0.0, 0.0, 0.0])
             angles = rotations.angle_between(p.reshape(-1, len(fractions), 4), true[rows])
-            errors[rows] = np.where(np.isfinite(angles), angles, np.pi).max(axis=1) + ROUNDING
+            errors[rows] = np.where(np.isfinite(angles), angles, np.pi).max(axis=1) + rounding
         return errors
 
 
 def hermite(degree: int, field: str) -> Interpolant:
     """Interpolant of this degree, whose window has an even number of nodes; InputError names the field."""
-    if isinstance(degree, bool) or degree not in HERMITE_DEGREES:
-        raise InputError(field, degree, f"{', '.join(map(str, HERMITE_DEGREES))} for Hermite's interpolation")
+    if isinstance(degree, bool) or degree not in (3, 7, 11, 15):
+        raise InputError(field, degree, "3, 7, 11, 15 for Hermite's interpolation")
     return Interpolant("hermite", degree)
 
 
 def higher_degrees(interpolant: Interpolant, option: str) -> dict[str, Interpolant]:
     """Lagrange's interpolation of some degrees above this one, by the option of a writer that sets it."""
-    degrees = [degree for degree in OTHER_DEGREES if degree > interpolant.degree]
+    degrees = [degree for degree in (5, 7, 11, 15) if degree > interpolant.degree]
     return {f"{option}={degree}": interpolant._replace(kind="lagrange", degree=degree) for degree in degrees}
 
 
 def lagrange(degree: int, field: str) -> Interpolant:
     """Interpolant of this degree; InputError naming the field if it is out of range."""
-    if isinstance(degree, bool) or not isinstance(degree, int) or not 1 <= degree <= MAX_DEGREE:
-        raise InputError(field, degree, f"a whole number from 1 to {MAX_DEGREE}")
+    if isinstance(degree, bool) or not isinstance(degree, int) or not 1 <= degree <= 15:
+        raise InputError(field, degree, "a whole number from 1 to 15")
     return Interpolant("lagrange", degree)

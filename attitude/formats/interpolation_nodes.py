@@ -22,14 +22,11 @@ from .interpolant import Interpolant as Interpolant
 if TYPE_CHECKING:
     from ..samples.ephemeris_data import EphemerisData
 
-MIN_TOLERANCE, MAX_TOLERANCE = 1e-13, 1.0  # rad
 MOST_NODES = 100_000_000  # in a file
-TRIAL_WINDOWS = 64  # windows in which a spacing is tried before it is checked everywhere
-MAX_TRIALS = 30  # spacings tried
-MAX_NOTE_LENGTH = 200  # characters of a comment
-CONTACT_TIME_ERROR = 1e-11  # s: error of the instant of a contact, on either side of which rates differ
-# Intervals at a time; and of motion that is simulated, each time from its beginning.
-INTERVALS_PER_CHECK, SIMULATED_INTERVALS_PER_CHECK = 1 << 13, 1 << 17
+# Fractions of a span, increasing, with both ends, at which windows begin in which a spacing is tried before
+# it is checked everywhere.
+TRIAL_FRACTIONS = np.sort(np.append([0.0, 1.0], np.random.default_rng(0).uniform(0.0, 1.0, 62)))
+INTERVALS_PER_CHECK = 1 << 13
 
 ERROR_MARGIN = 1.07  # of the greatest error over that at the fractions where errors are evaluated
 # rad; greatest rotation between chosen nodes at the greatest rate.  Beyond pi slerp takes the wrong
@@ -84,9 +81,9 @@ class Nodes(NamedTuple):
 
     @property
     def notes(self) -> list[str]:
-        """Comments in the file, on how input was taken: printable ASCII, of `MAX_NOTE_LENGTH` at most."""
+        """Comments in the file, on how input was taken: printable ASCII, of 200 characters at most."""
         texts = (ascii(note)[1:-1] for note in self.segments[0].first.notes)
-        return [f"Input: {text}"[:MAX_NOTE_LENGTH] for text in texts]
+        return [f"Input: {text}"[:200] for text in texts]
 
 
 def upwards(angle: float) -> str:
@@ -115,9 +112,8 @@ def chosen(
         read = [samples] if interpolant.crosses else segments
         return Nodes(tuple(segments), interpolant, error_bound(read, interpolant) if known else None)
     angle = float(units.si_array(tolerance, units.ANGLE, "interpolation_error"))
-    if not MIN_TOLERANCE <= angle <= MAX_TOLERANCE:
-        expected = f"an angle from {MIN_TOLERANCE:g} to {MAX_TOLERANCE:g} rad"
-        raise InputError("interpolation_error", tolerance, expected)
+    if not 1e-13 <= angle <= 1.0:
+        raise InputError("interpolation_error", tolerance, "an angle from 1e-13 to 1 rad")
     if not samples.first.has_known_motion:
         expected = "none for an ephemeris read from a file: its motion is not known between the attitudes"
         raise InputError("interpolation_error", tolerance, expected)
@@ -233,7 +229,7 @@ def search_spacing(
     """
     least, longest = limits
     best, best_error, failed, error = 0.0, 0.0, np.inf, np.inf
-    for _ in range(MAX_TRIALS):
+    for _ in range(30):
         if step < least:
             break
         error = error_of(step)
@@ -263,7 +259,7 @@ def spans_between_events(samples: Samples) -> list[tuple[float, float]]:
     between = {event.seconds: event.kind for event in samples.first.events if first < event.seconds <= last}
     starts, stops = [first], list[float]()
     for seconds, kind in sorted(between.items()):
-        margin = CONTACT_TIME_ERROR if kind == "contact" else 0.0
+        margin = 1e-11 if kind == "contact" else 0.0  # s: the error of its instant; rates differ beside it
         stops.append(max(starts[-1], min(seconds - margin, float(np.nextafter(seconds, -np.inf)))))
         starts.append(min(seconds + margin, last))
     spans = list(zip(starts, [*stops, last], strict=True))
@@ -298,16 +294,11 @@ def _is_simulated(ephemeris: EphemerisData) -> bool:
 
 def longest_spacing(head: EphemerisData, interpolant: Interpolant, start: float, stop: float) -> float:
     """Longest spacing, s: one window in the span, and `MAX_ROTATION_PER_INTERVAL` at the greatest rate."""
-    at = Instants(start + _trial_fractions() * (stop - start), None, head.epoch, scale=head.instants.scale)
+    at = Instants(start + TRIAL_FRACTIONS * (stop - start), None, head.epoch, scale=head.instants.scale)
     rate = math.sqrt(_squared_rates(head.resampled(at)).max())
     return readable_spacing(
         min((stop - start) / interpolant.width, MAX_ROTATION_PER_INTERVAL / max(rate, 1e-300))
     )
-
-
-def _trial_fractions() -> np.ndarray:
-    """Fractions of a span, increasing, with both ends, at which spacings are tried."""
-    return np.sort(np.append([0.0, 1.0], np.random.default_rng(0).uniform(0.0, 1.0, TRIAL_WINDOWS - 2)))
 
 
 def trial_error(
@@ -318,7 +309,7 @@ def trial_error(
     Elsewhere readers use only the middle interval of a window.
     """
     width, fractions = interpolant.width, interpolant.fractions
-    begins = start + _trial_fractions() * max(0.0, stop - start - width * step)
+    begins = start + TRIAL_FRACTIONS * max(0.0, stop - start - width * step)
     nodes = step * np.arange(width + 1.0)
     between = (nodes[:-1, None] + step * fractions).reshape(-1)
     t = begins[:, None] + np.append(nodes, between)
@@ -327,7 +318,7 @@ def trial_error(
     values = interpolant.node_values(head.resampled(instants))
     windows = np.empty_like(values)
     windows[order] = values
-    windows = windows.reshape(TRIAL_WINDOWS, -1, values.shape[1])
+    windows = windows.reshape(len(begins), -1, values.shape[1])
     errors = np.array(
         [
             interpolant.errors(nodes, w[: width + 1], np.arange(width), fractions, w[width + 1 :, :4])
@@ -359,7 +350,8 @@ def error_bound(segments: list[Samples], interpolant: Interpolant) -> float:
 def greatest_error(samples: Samples, interpolant: Interpolant) -> float:
     """Greatest interpolation error of a segment at the fractions of all intervals, rad."""
     max_error, around = 0.0, interpolant.width
-    size = SIMULATED_INTERVALS_PER_CHECK if _is_simulated(samples.first) else INTERVALS_PER_CHECK
+    # each time, motion that is simulated begins anew
+    size = 1 << 17 if _is_simulated(samples.first) else INTERVALS_PER_CHECK
     for first in range(0, samples.count - 1, size):
         stopping.check()
         last = min(first + size, samples.count - 1)  # intervals, from first to last

@@ -7,12 +7,13 @@ mark of UTF-8 is skipped.
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF8
 from collections.abc import Iterator
 from functools import cached_property
 from typing import BinaryIO
 
 from ..errors import FormatError
-from .bounded_read import BYTE_ORDER_MARK, LONE_RETURN
+from .bounded_read import with_line_feeds
 
 BLOCK_BYTES = 1 << 22
 MAX_LINE_BYTES = 1 << 20  # no format has longer lines, and a file of zeros is one line
@@ -68,9 +69,13 @@ def blocks(stream: BinaryIO, source: str, last_line: bytes | None = None) -> Ite
     Raises FormatError for another last line without a line end (the file may be truncated), a line of more
     than 1 MiB, and a block of nearly empty lines.
     """
-    number, rest, is_first = 1, b"", True
+    number, rest, mark = 1, b"", BOM_UTF8
     while chunk := stream.read(BLOCK_BYTES):
-        chunk, is_first = _with_line_feeds(chunk, stream, is_first), False
+        chunk, mark = chunk.removeprefix(mark), b""
+        if chunk.count(b"\r") != chunk.count(b"\r\n"):  # a line end may go on in the next chunk
+            while chunk.endswith((b"\r", b"\n")) and (more := stream.read(1)):
+                chunk += more
+            chunk = with_line_feeds(chunk)
         end = chunk.rfind(b"\n") + 1
         block = LineBlock(number, b"".join([rest, memoryview(chunk)[:end]]) if end else b"")
         rest = chunk[end:] if end else rest + chunk
@@ -85,14 +90,3 @@ def blocks(stream: BinaryIO, source: str, last_line: bytes | None = None) -> Ite
         yield LineBlock(number, rest + b"\n")
     elif rest:
         raise FormatError("ends in the middle of a line", source, number)
-
-
-def _with_line_feeds(chunk: bytes, stream: BinaryIO, is_first: bool) -> bytes:
-    """A chunk whose lines end with LF or CRLF; it takes more of the stream where it ends with CR or LF."""
-    if is_first:
-        chunk = chunk.removeprefix(BYTE_ORDER_MARK)
-    if chunk.count(b"\r") == chunk.count(b"\r\n"):
-        return chunk
-    while chunk.endswith((b"\r", b"\n")) and (more := stream.read(1)):
-        chunk += more
-    return LONE_RETURN.sub(b"\n", chunk)

@@ -61,9 +61,7 @@ class OrbitCurve(NamedTuple):
     source: str
 
 
-# Formats, by the endings of files, and the module of each.
 ORBIT_ENDINGS = {".oem": "oem", ".xml": "oem", ".e": "stk", ".csv": "csv", ".bsp": "spk"}
-MAX_NUMBER = 1e18  # of seconds, m and m/s: a hundred light years; squares of more overflow somewhere
 ORBIT_MODULES = {"oem": "ccsds.oem", "stk": "stk_ephemeris", "csv": "tables.orbit_csv", "spk": "spice.spk"}
 
 
@@ -85,10 +83,9 @@ def read_orbit(
         raise FormatError(f"no format of orbits; format is one of {known}, or the ending of {endings}", path)
     with file_errors(path):
         if name == "spk":
-            curve: OrbitCurve = import_module(f".{ORBIT_MODULES[name]}", __package__).read_orbit(
-                path, object_name
-            )
-            return curve
+            from .spice import spk
+
+            return spk.read_orbit(path, object_name)
         with open(path, "rb") as stream:
             return parse_orbit(stream, path, name, object_name)
 
@@ -107,6 +104,6 @@ def parse_orbit(
     for segment in orbit.segments:
         for values, unit in zip(segment[:3], ("s", "m", "m/s"), strict=True):
             numbers = values.seconds if isinstance(values, Instants) else values
-            if numbers is not None and not np.abs(numbers).max() <= MAX_NUMBER:
-                raise FormatError(f"a number of more than {MAX_NUMBER:g} {unit}", source)
+            if numbers is not None and not np.abs(numbers).max() <= 1e18:  # squares of more may overflow
+                raise FormatError(f"a number of more than 1e+18 {unit}", source)
     return orbit

@@ -29,7 +29,6 @@ from .time_origin import TimeOrigin
 
 # STK's names of the axes; attitudes in any other frame are rotated into the ICRF.
 AXES = {"ICRF": "ICRF", "GCRF": "ICRF", "EME2000": "J2000", "ITRF": "Fixed", "TEME": "TEMEOfDate"}
-SAME_ATTITUDE = 1e-9  # rad; more between the end of one segment and the beginning of the next is a jump
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ def _shared_instants(nodes: Nodes, origin: TimeOrigin) -> list[bool]:
         last, first = before.last, after.first
         same = origin.seconds(last.instants)[0][0] == origin.seconds(first.instants)[0][0]
         apart = rotations.angle_between(last.quaternion("wxyz"), first.quaternion("wxyz"))[0]
-        if same and apart > SAME_ATTITUDE:
+        if same and apart > 1e-9:  # rad: a jump
             raise FormatError(f"STK takes an instant once; two attitudes {apart:.1e} rad apart have the same")
         shared.append(bool(same))
     return [*shared, False]
