@@ -82,8 +82,8 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
             raise FormatError("data after its end", source)
         members = _members(archive, source)
         refuse_inflated(sum(each.file_size for each in members.values()), stream, source)
-        meta = orjson.loads(_metadata_text(archive, members.pop(METADATA), source))
-        table = {name: _column(archive, each, name, source) for name, each in members.items()}
+        table = {name: _array(archive, each, name, source) for name, each in members.items()}
+        meta = orjson.loads(table.pop(METADATA).item())
     table.pop(columnar.TIME_TAI, None)  # the seconds are exact
     return schema.ephemeris_from(meta, table, source)
 
@@ -99,37 +99,23 @@ def _members(archive: zipfile.ZipFile, source: str) -> dict[str, zipfile.ZipInfo
         members[name] = member
     if METADATA not in members:
         raise FormatError("not an ephemeris of this library: no member 'metadata'", source)
-    return members
+    return {METADATA: members[METADATA], **members}
 
 
-def _metadata_text(archive: zipfile.ZipFile, each: zipfile.ZipInfo, source: str) -> str:
-    with archive.open(each) as member:
-        shape, _, kind = _read_header(member)
-        if shape or kind.kind != "U" or kind.itemsize > each.file_size:
-            raise FormatError(f"metadata of {kind}, shape {shape}, not one text", source)
-        return str(_numbers(member, kind, 1)[0])
-
-
-def _column(archive: zipfile.ZipFile, each: zipfile.ZipInfo, name: str, source: str) -> np.ndarray:
+def _array(archive: zipfile.ZipFile, each: zipfile.ZipInfo, name: str, source: str) -> np.ndarray:
     """An array; refuses another type, and a shape that does not fit the member's size."""
     with archive.open(each) as member:
-        shape, is_fortran, kind = _read_header(member)
-        if kind != _dtype(name):
+        readers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+        shape, is_fortran, kind = readers[npy.read_magic(member)](member, MAX_HEADER_BYTES)
+        if name == METADATA:
+            if shape or kind.kind != "U" or kind.itemsize > each.file_size:
+                raise FormatError(f"metadata of {kind}, shape {shape}, not one text", source)
+        elif kind != _dtype(name):
             raise FormatError(f"array {name!r} of {kind}, not {_dtype(name)}", source)
-        if not 0 <= each.file_size - prod(shape) * kind.itemsize <= MAX_HEADER_BYTES:
+        elif not 0 <= each.file_size - prod(shape) * kind.itemsize <= MAX_HEADER_BYTES:
             raise FormatError(f"array {name!r} of shape {shape} in {each.file_size} bytes", source)
-        numbers = _numbers(member, kind, prod(shape))
-        return numbers.reshape(shape, order="F" if is_fortran else "C")
-
-
-def _read_header(member: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    readers = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
-    return readers[npy.read_magic(member)](member, MAX_HEADER_BYTES)
-
-
-def _numbers(member: Any, kind: np.dtype[Any], count: int) -> np.ndarray:
-    """`count` numbers up to the member's end, where zipfile compares its checksum."""
-    data = member.read(count * kind.itemsize)
-    if len(data) != count * kind.itemsize or member.read(1):
-        raise ValueError("an array of another length than its header states")
-    return np.frombuffer(data, kind)
+        size = prod(shape) * kind.itemsize
+        data = member.read(size)
+        if len(data) != size or member.read(1):  # at the member's end zipfile compares its checksum
+            raise ValueError("an array of another length than its header states")
+        return np.frombuffer(data, kind).reshape(shape, order="F" if is_fortran else "C")

@@ -16,7 +16,6 @@ from ..times.two_part import two_part, two_sum
 from .interpolation_nodes import Nodes
 
 J2000_DAY = 2451545  # TT
-SECONDS_PER_DAY = 86400
 
 
 class TimeOrigin(NamedTuple):
@@ -53,7 +52,7 @@ def tt_origin(head: EphemerisData) -> TimeOrigin:
     first = head.instants.flattened()
     tt = tt_seconds(head.epoch) + Fraction(float(first.seconds[0])) + Fraction(float(first.low[0]))
     whole = tt.__floor__()
-    return _origin(tt_time(whole), Fraction(whole), head)
+    return TimeOrigin(tt_time(whole), Fraction(whole), *two_part(tt_seconds(head.epoch) - whole))
 
 
 def utc_origin(head: EphemerisData) -> TimeOrigin:
@@ -62,28 +61,24 @@ def utc_origin(head: EphemerisData) -> TimeOrigin:
     second = min(int(clock["s"]), 59)
     days = erfa.dtf2d("UTC", year, month, day, clock["h"], clock["m"], second)
     time = Time(*days, format="jd", scale="utc")
-    return _origin(time, tt_seconds(time), head)
+    tt = tt_seconds(time)
+    return TimeOrigin(time, tt, *two_part(tt_seconds(head.epoch) - tt))
 
 
 def _julian_dates(time: Time) -> tuple[float, float]:
     return float(np.ravel(time.jd1)[0]), float(np.ravel(time.jd2)[0])
 
 
-def _origin(time: Time, tt: Fraction, head: EphemerisData) -> TimeOrigin:
-    offset = tt_seconds(head.epoch) - tt
-    return TimeOrigin(time, tt, *two_part(offset))
-
-
 def tt_seconds(time: Time | None) -> Fraction:
     """Return exact seconds past J2000 in TT, of both Julian dates."""
     days = _julian_dates(time.tt)  # type: ignore[union-attr]
-    return (Fraction(days[0]) - J2000_DAY + Fraction(days[1])) * SECONDS_PER_DAY
+    return (Fraction(days[0]) - J2000_DAY + Fraction(days[1])) * 86400
 
 
 def tt_time(seconds: int) -> Time:
     """Return the date of whole seconds past J2000 in TT."""
-    days, second_of_day = divmod(seconds, SECONDS_PER_DAY)
-    return Time(float(J2000_DAY + days), second_of_day / SECONDS_PER_DAY, format="jd", scale="tt")
+    days, second_of_day = divmod(seconds, 86400)
+    return Time(float(J2000_DAY + days), second_of_day / 86400, format="jd", scale="tt")
 
 
 def refuse_unordered(times: np.ndarray, last: float | None, format_name: str, unit: str) -> None:

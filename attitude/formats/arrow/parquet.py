@@ -52,8 +52,15 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 def rows(samples: Samples) -> Iterator[pa.RecordBatch]:
     """The file without its header: the row groups."""
     for chunk in samples.chunks():
-        table = _without_mixins(to_table(chunk))
-        yield pa.record_batch([_array(np.asarray(table[name])) for name in table.colnames], table.colnames)
+        table, arrays = _without_mixins(to_table(chunk)), []
+        for name in table.colnames:
+            column = np.asarray(table[name])
+            numbers = pa.array(np.ascontiguousarray(column).reshape(-1))
+            is_vector = column.ndim > 1
+            arrays.append(
+                pa.FixedSizeListArray.from_arrays(numbers, column.shape[1]) if is_vector else numbers
+            )
+        yield pa.record_batch(arrays, table.colnames)
 
 
 def _without_mixins(table: QTable) -> Table:
@@ -64,11 +71,6 @@ def _without_mixins(table: QTable) -> Table:
 
 def _type(shape: tuple[int, ...]) -> Any:
     return pa.list_(pa.float64(), shape[0]) if shape else pa.float64()
-
-
-def _array(column: np.ndarray) -> Any:
-    numbers = pa.array(np.ascontiguousarray(column).reshape(-1))
-    return numbers if column.ndim == 1 else pa.FixedSizeListArray.from_arrays(numbers, column.shape[1])
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:

@@ -26,8 +26,13 @@ METADATA = b"attitude"  # the key of our metadata, as JSON, in the Arrow schema'
 def blocks(samples: Samples, new_writer: Callable[[Sink, Any], Any]) -> Iterator[bytes]:
     """The file; `new_writer` is `pyarrow.ipc.new_file` or `new_stream`."""
     schema.refuse_unless_list(samples, "Arrow")
-    sink, names = Sink(), columnar.names(samples)
-    arrow_schema = _arrow_schema(samples, names)
+    sink, names, meta = Sink(), columnar.names(samples), schema.metadata(samples)
+    metadata = {METADATA: orjson.dumps(meta), b"convention": meta["convention"].encode()}
+    if samples.first.epoch is not None:
+        text = columnar.MEANING if columnar.TIME_TAI in names else columnar.LEFT_OUT
+        metadata[columnar.TIME_TAI.encode()] = text.encode()
+    fields = [pa.field(name, _type(name), nullable=False) for name in names]
+    arrow_schema = pa.schema(fields, metadata=metadata)
     with new_writer(sink, arrow_schema) as writer:
         for chunk in samples.chunks():
             table = columnar.columns(chunk, names)
@@ -39,16 +44,6 @@ def blocks(samples: Samples, new_writer: Callable[[Sink, Any], Any]) -> Iterator
 
 def _type(name: str) -> Any:
     return pa.timestamp("ns") if name == columnar.TIME_TAI else pa.float64()
-
-
-def _arrow_schema(samples: Samples, names: list[str]) -> Any:
-    meta = schema.metadata(samples)
-    fields = [pa.field(name, _type(name), nullable=False) for name in names]
-    metadata = {METADATA: orjson.dumps(meta), b"convention": meta["convention"].encode()}
-    if samples.first.epoch is not None:
-        dated = columnar.TIME_TAI in names
-        metadata[columnar.TIME_TAI.encode()] = (columnar.MEANING if dated else columnar.LEFT_OUT).encode()
-    return pa.schema(fields, metadata=metadata)
 
 
 def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> EphemerisData:

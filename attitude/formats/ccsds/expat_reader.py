@@ -64,8 +64,12 @@ class ExpatReader(TextReader, ABC):
             except (LookupError, ValueError) as error:  # an encoding that Python has not
                 raise self.error(f"not XML: {error}") from None
             self.parsed_bytes += len(piece)
-            if self.parsed_bytes - max(0, self.parser.CurrentByteIndex) > MAX_TEXT_BYTES:
-                raise self.error(f"more than {MAX_TEXT_BYTES} bytes without an element or text")
+            self.refuse_idle(self.parsed_bytes - max(0, self.parser.CurrentByteIndex))
+
+    def refuse_idle(self, byte_count: int) -> None:
+        """Raise FormatError for too many bytes since the last element or text."""
+        if byte_count > MAX_TEXT_BYTES:
+            raise self.error(f"more than {MAX_TEXT_BYTES} bytes without an element or text")
 
     def take_text(self) -> str:
         """The text since the last element began or ended, without blanks at its ends."""

@@ -48,25 +48,21 @@ class XmlReader(ExpatReader):
         self.state_line = 0
         self.rows: list[bytes] = []
         self.lines: list[int] = []
-        self.fed_bytes = self.element_offset = 0  # the latter of the last element that began
+        self.element_offset = 0  # of the last element that began
         # Any number of comments is allowed, as long as elements stand between them.
-        self.parser.CommentHandler = self.parser.ProcessingInstructionHandler = self._comment
+        self.parser.CommentHandler = self.parser.ProcessingInstructionHandler = self.comment
 
-    def _comment(self, *_: object) -> None:
-        self._refuse_idle(self.parser.CurrentByteIndex - self.element_offset)
-
-    def _refuse_idle(self, byte_count: int) -> None:
-        if byte_count > MAX_TEXT_BYTES:
-            raise self.error(f"more than {MAX_TEXT_BYTES} bytes without an element or text")
+    def comment(self, *_: object) -> None:
+        """Take a comment or a processing instruction."""
+        self.refuse_idle(self.parser.CurrentByteIndex - self.element_offset)
 
     def feed(self, data: bytes, final: bool = False) -> None:
         """Parse the next bytes of the file; FormatError if they are no AEM."""
         self.parse(data, final)
         if sum(map(len, self.text)) > MAX_TEXT_BYTES:
             raise self.error(f"a text of more than {MAX_TEXT_BYTES} characters")
-        self.fed_bytes += len(data)
-        begun = self.parser.CurrentByteIndex if self.stack else self.element_offset
-        self._refuse_idle(self.fed_bytes - begun)
+        if not self.stack:
+            self.refuse_idle(self.parsed_bytes - self.element_offset)
 
     # -- elements -----------------------------------------------------------------------------
 
@@ -193,20 +189,16 @@ class XmlReader(ExpatReader):
             self.text.clear()
             return
         name = name.rpartition(":")[2]
-        if len(self.stack) > 1 and self.stack[-2] in ("header", "metadata"):
-            self._end_field(name)
-        else:
+        if len(self.stack) < 2 or self.stack[-2] not in ("header", "metadata"):
             self.refuse_text()
             self._end_part(name)
-        self.stack.pop()
-
-    def _end_field(self, name: str) -> None:
-        text = self.take_text()
-        if name == "COMMENT":
+        elif name == "COMMENT":
+            self.take_text()
             self.message.add_remarks(self.parser.CurrentLineNumber)
         else:
             assert self.fields is not None
-            self.fields.add(name, text, self.parser.CurrentLineNumber)
+            self.fields.add(name, self.take_text(), self.parser.CurrentLineNumber)
+        self.stack.pop()
 
     def _end_part(self, name: str) -> None:
         if name == "header":

@@ -14,13 +14,10 @@ from astropy.table import QTable
 from ...errors import FormatError, library_errors
 from ...samples.chunks import Samples
 from .. import bounded_read, text_rows
-from ..text_rows import texts
-from .qtable import from_table, refuse_unfolding, to_table
+from .qtable import cells, from_table, refuse_unfolding, to_table
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
-
-HEADER = re.compile(rb"(?:#[^\n]*\n)*(?:[^#\n]+\n)?")  # comments, and the names of the columns
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:
@@ -33,22 +30,14 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 
 
 def rows(samples: Samples) -> Iterator[bytes]:
-    """The file without its header."""
+    """The file without its header; a cell of several numbers is JSON."""
     for chunk in samples.chunks():
-        yield _row_text(to_table(chunk))
-
-
-def _row_text(table: QTable) -> bytes:
-    """The rows as text; a cell of several numbers is JSON."""
-    cells: list[np.ndarray] = []
-    for name in table.colnames:
-        if name == "time":
-            cells += [table[name].jd1, table[name].jd2]
-        else:
-            cells.append(np.asarray(table[name].value if hasattr(table[name], "unit") else table[name]))
-    row = b" ".join(orjson.dumps(np.zeros(cell.shape[1:]).tolist()) for cell in cells) + b"\n"
-    columns = np.concatenate([cell.reshape(len(cell), -1).T for cell in cells])
-    return texts(columns, row.split(b"0.0"))
+        columns: list[np.ndarray] = []
+        for name, column in cells(to_table(chunk)).items():
+            columns += list(column.T) if name == "time" else [column]
+        row = b" ".join(orjson.dumps(np.zeros(column.shape[1:]).tolist()) for column in columns) + b"\n"
+        numbers = np.concatenate([column.reshape(len(column), -1).T for column in columns])
+        yield text_rows.texts(numbers, row.split(b"0.0"))
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:
@@ -61,7 +50,8 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
             if (b'""' in line or b"null" in line) and not line.startswith(b"#"):
                 raise FormatError("elapsed, quaternion or rate without a value", source, number)
     with library_errors("not ECSV that astropy reads", source):
-        begin = HEADER.match(text).end()  # type: ignore[union-attr]  # the match may be empty
+        comments_and_names = re.match(rb"(?:#[^\n]*\n)*(?:[^#\n]+\n)?", text)
+        begin = comments_and_names.end() if comments_and_names else 0
         header = text[:begin].decode().split("\n")
         refuse_unfolding("\n".join(line[2:] for line in header if line.startswith("# ")))
         table = _fast_path(text, begin)

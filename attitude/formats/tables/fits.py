@@ -21,7 +21,7 @@ from astropy.table import QTable
 from ...errors import FormatError, library_errors
 from ...samples.chunks import Samples
 from ..binary import refuse_trailing
-from .qtable import CELLS, from_table, to_table
+from .qtable import CELLS, cells, from_table, to_table
 
 if TYPE_CHECKING:
     from ...samples.ephemeris_data import EphemerisData
@@ -43,10 +43,9 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 def rows(samples: Samples) -> Iterator[bytes]:
     """The file without its header, and without what fills the last block."""
     for chunk in samples.chunks():
-        table = to_table(chunk)
-        cells = {name: _cells(table, name) for name in table.colnames}
-        records = np.empty(len(table), _kind({name: column.shape[1:] for name, column in cells.items()}))
-        for name, column in cells.items():
+        columns = cells(to_table(chunk))
+        records = np.empty(len(chunk), _kind({name: column.shape[1:] for name, column in columns.items()}))
+        for name, column in columns.items():
             records[name] = column
         yield records.tobytes()
 
@@ -71,14 +70,6 @@ def _header(first: QTable, samples: Samples) -> fits.Header:
 def _kind(shapes: dict[str, tuple[int, ...]]) -> np.dtype[Any]:
     """The type of a row of big-endian doubles."""
     return np.dtype([(name, ">f8", shape) for name, shape in shapes.items()])
-
-
-def _cells(table: QTable, name: str) -> np.ndarray:
-    """A column's numbers; of dates, two Julian dates."""
-    column = table[name]
-    if name == "time":
-        return np.stack([column.jd1, column.jd2], axis=-1)
-    return np.asarray(getattr(column, "value", column))
 
 
 def parse(stream: BinaryIO, source: str) -> EphemerisData:

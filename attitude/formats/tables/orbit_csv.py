@@ -21,9 +21,6 @@ from ..schema import epoch_of_record
 from .csv import metadata_of
 from .text_table import TextTable
 
-POSITION = re.compile(r"(?:position_|pos_)?([xyz])_(k?m)")
-VELOCITY = re.compile(r"(?:velocity_|vel_|v)([xyz])_(k?m)_s")
-
 
 def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -> OrbitRows:
     """Orbit in a table; FormatError with the line of what is wrong."""
@@ -32,8 +29,10 @@ def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -
     table = _StateTable.read(stream, source)
     meta = metadata_of(table.lines[:64], source) or {}
     instants = table.instants(meta)
-    velocities = table.vectors(VELOCITY, "velocity_x_m_s, velocity_y_m_s and velocity_z_m_s", False)
-    positions = table.vectors(POSITION, "position_x_m, position_y_m and position_z_m", True)
+    form, names = r"(?:velocity_|vel_|v)([xyz])_(k?m)_s", "velocity_x_m_s, velocity_y_m_s and velocity_z_m_s"
+    velocities = table.vectors(form, names, False)
+    form, names = r"(?:position_|pos_)?([xyz])_(k?m)", "position_x_m, position_y_m and position_z_m"
+    positions = table.vectors(form, names, True)
     assert positions is not None
     later = np.diff(instants.seconds) > 0.0
     if not later.all():
@@ -49,9 +48,9 @@ def parse_orbit(stream: BinaryIO, source: str, object_name: str | None = None) -
 class _StateTable(TextTable):
     """Columns of states."""
 
-    def vectors(self, form: re.Pattern[str], expected: str, is_needed: bool) -> np.ndarray | None:
+    def vectors(self, form: str, expected: str, is_needed: bool) -> np.ndarray | None:
         """(n, 3) in SI; None where there are no such columns."""
-        matches = {i: match for i, name in enumerate(self.names) if (match := form.fullmatch(name))}
+        matches = {i: match for i, name in enumerate(self.names) if (match := re.fullmatch(form, name))}
         axes = sorted(match[1] for match in matches.values())
         if not axes and not is_needed:
             return None

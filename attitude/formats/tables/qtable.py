@@ -55,6 +55,17 @@ def to_table(ephemeris: EphemerisData, shape: tuple[int, ...] | None = None) -> 
     return table
 
 
+def cells(table: QTable) -> dict[str, np.ndarray]:
+    """The numbers of each column; of dates, (n, 2) Julian dates."""
+    columns = {name: table[name] for name in table.colnames}
+    return {
+        name: np.stack([column.jd1, column.jd2], axis=-1)
+        if name == "time"
+        else np.asarray(getattr(column, "value", column))
+        for name, column in columns.items()
+    }
+
+
 def refuse_unfolding(header: str) -> None:
     """Raises ValueError for YAML whose aliases expand to more than a million nodes."""
     if "&" not in header:

@@ -40,9 +40,7 @@ class TextTable(TextReader):
     @classmethod
     def read(cls, stream: BinaryIO, source: str) -> Self:
         """The table in a stream; FormatError with the line of what is wrong."""
-        content = bounded_read.text(stream, source, bounded_read.MAX_MESSAGE_BYTES).removeprefix(
-            b"\xef\xbb\xbf"
-        )
+        content = bounded_read.text(stream, source, bounded_read.MAX_MESSAGE_BYTES)
         return cls(content.decode("utf-8", errors="replace").splitlines(), source)
 
     def column(self, index: int) -> np.ndarray:

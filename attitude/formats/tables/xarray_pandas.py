@@ -75,22 +75,19 @@ def _times(ephemeris: EphemerisData, dimensions: list[str]) -> dict[str, Any]:
     coordinates: dict[str, Any] = {"elapsed": (dimensions, ephemeris.elapsed, attributes)}
     attributes = {"units": "s", "long_name": "rounding error of elapsed, which is one double"}
     coordinates["elapsed_rest"] = (dimensions, ephemeris.instants.low, attributes)
-    if _has_dates(ephemeris):
-        attributes = {"long_name": columnar.MEANING, "scale": "tai"}
-        coordinates["time"] = (dimensions, _dates(ephemeris), attributes)
+    dates = _dates(ephemeris)
+    if dates is not None:
+        coordinates["time"] = (dimensions, dates, {"long_name": columnar.MEANING, "scale": "tai"})
     return coordinates
 
 
-def _has_dates(ephemeris: EphemerisData) -> bool:
+def _dates(ephemeris: EphemerisData) -> np.ndarray | None:
+    """TAI, datetime64[ns]; None of an ephemeris without dates, or with some that 64 bits cannot hold."""
     if ephemeris.epoch is None:
-        return False
-    return not ephemeris.elapsed.size or columnar.can_hold(
-        ephemeris.epoch, *units.extremes(ephemeris.elapsed)
-    )
-
-
-def _dates(ephemeris: EphemerisData) -> np.ndarray:
-    return columnar.columns(ephemeris, (columnar.TIME_TAI,))[columnar.TIME_TAI]
+        return None
+    if ephemeris.elapsed.size and not columnar.can_hold(ephemeris.epoch, *units.extremes(ephemeris.elapsed)):
+        return None
+    return columnar.nanoseconds(ephemeris.instants, ephemeris.epoch)
 
 
 def to_pandas(ephemeris: EphemerisData) -> pd.DataFrame:
@@ -101,8 +98,9 @@ def to_pandas(ephemeris: EphemerisData) -> pd.DataFrame:
         raise InputError("ephemeris", f"shape {ephemeris.shape}", expected)
     names = [name for name in schema.names(Samples.of(ephemeris)) if name != schema.TIME]
     table = schema.columns(ephemeris, names)
-    if _has_dates(ephemeris):
-        index = pandas.DatetimeIndex(_dates(ephemeris), name=columnar.TIME_TAI)
+    dates = _dates(ephemeris)
+    if dates is not None:
+        index = pandas.DatetimeIndex(dates, name=columnar.TIME_TAI)
     else:
         index = pandas.Index(table.pop(schema.ELAPSED).copy(), name=schema.ELAPSED)
     frame = pandas.DataFrame(table, index)
