@@ -18,9 +18,8 @@ from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
 from . import line_blocks, schema, text_rows
 from .ccsds.epochs import RowError, Timestamps, parse_epochs, to_instants
-from .text_reader import TextReader, finite_number
+from .text_reader import TextReader
 
-KEYWORD = re.compile(r"([A-Z_]+)\s*=\s*(.*)")
 ROW = "t-" + "n" * 7 + "-" * 11 + "t"  # time, elapsed, quaternion and rate, derived numbers, quality
 # What the header has to state, for the numbers to mean what is read from them.
 STATED = {
@@ -82,7 +81,7 @@ class DefattReader(TextReader):
                     raise self.error(f"{name} is {self.fields.get(name)!r}, not {value!r}", number)
             self.in_rows = True
             return
-        match = KEYWORD.fullmatch(text)
+        match = re.fullmatch(r"([A-Z_]+)\s*=\s*(.*)", text)
         if match is None:
             raise self.error(f"KEYWORD = value belongs here, not {text[:80]!r}", number)
         if match[1] in self.fields:
@@ -104,9 +103,7 @@ class DefattReader(TextReader):
         if table is None:
             for words, i in kept:
                 for word in words[2:9]:
-                    shown = word[:40].decode(errors="replace")
-                    if np.isnan(finite_number(shown)):
-                        raise self.error(f"{shown!r} is no finite number", i)
+                    self.finite(word.decode(errors="replace"), i)
             raise self.error("values that are not separated by blanks", kept[0][1])
         try:
             self.stamps.append(parse_epochs(table.texts[0], "UTC"))

@@ -7,13 +7,11 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 
 from ..errors import FormatError, note
-from ..samples.interpolation import MAX_STATED_DEGREE, InterpolationMethod
+from ..samples.interpolation import InterpolationMethod
 from ..times.instants import Instants
 from . import bounded_read, stk_text
 from .orbits import OrbitRows, OrbitSegment
-from .stk_dates import DATES, iso_date
 from .stk_text import StkTextReader
-from .text_reader import finite_number
 
 KEYWORDS = stk_text.KEYWORDS | {
     "NumberOfEphemerisPoints": r"\d{1,15}(?:\.0*)?(?:[eE]\+?\d{1,2})?",
@@ -23,10 +21,8 @@ KEYWORDS = stk_text.KEYWORDS | {
     "DistanceUnit": r".+",
     "MessageLevel": r".+",
 }
-KEYWORD_NAMES = {name.lower() for name in KEYWORDS}
 WIDTHS = {"ephemeristimepos": 3, "ephemeristimeposvel": 6, "ephemeristimeposvelacc": 9}
 ROW_NAMES = "EphemerisTimePos, ...PosVel and ...PosVelAcc are read, one of them"
-DEFAULT_ORDER = 5
 
 
 class _Row(NamedTuple):
@@ -51,8 +47,7 @@ class _Reader(StkTextReader):
     """Takes the version, the keywords, rows, boundaries of segments and the end."""
 
     def __init__(self, source: str):
-        super().__init__(source, KEYWORDS, ROW_NAMES)
-        self.stage = "version"
+        super().__init__(source, "Ephemeris", KEYWORDS, ROW_NAMES)
         self.width = 0
         self.rows: list[_Row] = []
         self.boundaries: list[float] = []
@@ -60,24 +55,17 @@ class _Reader(StkTextReader):
     def add(self, words: list[str], number: int) -> None:
         """Take the words of the next line that has any."""
         lowered = [word.lower() for word in words]
-        if self.stage == "version":
-            self.check_version(" ".join(words), number)
-            self.stage = "begin"
-        elif self.stage == "begin":
-            if lowered != ["begin", "ephemeris"]:
-                raise self.error(f"BEGIN Ephemeris belongs here, not {' '.join(words)[:80]!r}", number)
-            self.stage = "keywords"
-        elif self.stage == "end":
-            raise self.error("something after END Ephemeris", number)
-        elif lowered == ["end", "ephemeris"]:
+        if self.is_outside(" ".join(words), number):
+            return
+        if lowered == ["end", "ephemeris"]:
             self.stage = "end"
         elif self.stage == "boundaries" and lowered[0] in ("begin", "end"):
             self.stage = "keywords"
         elif lowered == ["begin", "segmentboundarytimes"]:
             self.stage = "boundaries"
         elif self.stage == "boundaries":
-            self.boundaries.append(self._number(words[0], number))
-        elif self.stage == "rows" and lowered[0] not in KEYWORD_NAMES and lowered[0][0] not in "be":
+            self.boundaries.append(self.finite(words[0], number))
+        elif self.stage == "rows" and lowered[0] not in self.names and lowered[0][0] not in "be":
             self.rows.append(_Row(words, number))
         elif not lowered[0].startswith("ephemeris"):
             self.add_keyword(words[0], " ".join(words[1:]), number)
@@ -85,12 +73,6 @@ class _Reader(StkTextReader):
             raise self.error(f"{words[0][:80]!r}: {ROW_NAMES}", number)
         else:
             self.width, self.stage = WIDTHS[lowered[0]], "rows"
-
-    def _number(self, word: str, number: int) -> float:
-        value = finite_number(word)
-        if np.isnan(value):
-            raise self.error(f"{word[:40]!r} is no finite number", number)
-        return value
 
     # -- the orbit ------------------------------------------------------------------------------
 
@@ -100,29 +82,23 @@ class _Reader(StkTextReader):
             raise self.error("ends before END Ephemeris")
         if not self.rows:
             raise self.error("no rows")
-        stated, line = self.keywords.get("NumberOfEphemerisPoints", (None, 0))
-        if stated is not None and float(stated) != len(self.rows):
-            raise self.error(f"{len(self.rows)} rows, and NumberOfEphemerisPoints is {stated}", line)
+        self.check_count(len(self.rows), "rows")
         name, line = self.keywords.get("DistanceUnit", ("Meters", 0))
         units = {"meters": 1.0, "meter": 1.0, "kilometers": 1e3, "kilometer": 1e3}
         if name.lower() not in units:
             raise self.error(f"DistanceUnit {name[:40]!r} is not Meters or Kilometers", line)
         table = np.empty((len(self.rows), 1 + self.width))
-        for i, (texts, number) in enumerate(self.rows):
-            has_date = self.time_format in DATES and len(texts) > self.width
-            words = ["0", *texts[-self.width :]] if has_date else texts
-            if len(words) != 1 + self.width:
-                raise self.error(f"{len(words)} numbers where {1 + self.width} belong", number)
-            table[i] = [self._number(word, number) for word in words]
+        for i, (words, number) in enumerate(self.rows):
+            table[i] = [self.finite(word, number) for word in self.row(words, self.width, number)]
         instants = self._instants(table)
         frame, center = self._frame()
-        edges = self._edges(instants)
+        method, edges = self.method(5), self._edges(instants)
         segments = tuple(
             OrbitSegment(
                 instants[first:last],
                 units[name.lower()] * table[first:last, 1:4],
                 units[name.lower()] * table[first:last, 4:7] if self.width > 3 else None,
-                self._method(),
+                method,
                 (float(instants.seconds[first]), float(instants.seconds[last - 1])),
             )
             for first, last in edges
@@ -130,14 +106,7 @@ class _Reader(StkTextReader):
         return OrbitRows(segments, frame, center, self.source)
 
     def _instants(self, table: np.ndarray) -> Instants:
-        dates = []
-        for row in self.rows if self.time_format in DATES else ():
-            text = " ".join(row.words[: -self.width])
-            try:
-                dates.append(iso_date(text))
-            except ValueError:
-                raise self.error(f"{text[:80]!r} is no date", row.number) from None
-        instants = self.instants(table[:, 0], dates, [row.number for row in self.rows])
+        instants = self.instants(table[:, 0], [row.number for row in self.rows])
         steps = np.diff(instants.seconds)
         if self.boundaries:  # at which a row may stand twice
             steps = np.where(np.isin(instants.seconds[1:], self.boundaries), np.abs(steps) + 1.0, steps)
@@ -159,21 +128,16 @@ class _Reader(StkTextReader):
                 first = int(at[-1])
         return [*edges, (first, len(seconds))]
 
-    def _method(self) -> InterpolationMethod:
+    def method(self, default: int) -> InterpolationMethod:
+        """How STK interpolates the file."""
         name, number = self.keywords.get("InterpolationMethod", ("Lagrange", 0))
         if name.lower() == "lagrangevop":
             raise self.error("InterpolationMethod LagrangeVOP is not read", number)
         if name.lower() == "hermite" and self.width == 3:
             raise self.error("InterpolationMethod Hermite without velocities", number)
-        order = int(self.keywords.get("InterpolationOrder", (str(DEFAULT_ORDER), 0))[0])
-        if "InterpolationSamplesM1" in self.keywords:
-            rows = int(self.keywords["InterpolationSamplesM1"][0]) + 1
-            order = 2 * rows - 1 if name.lower() == "hermite" else rows - 1
-        elif "InterpolationOrder" not in self.keywords:
-            note(f"{self.source}: no InterpolationOrder, taken as {DEFAULT_ORDER}")
-        if order > MAX_STATED_DEGREE:
-            raise self.error(f"interpolation of degree {order}: at most {MAX_STATED_DEGREE} is read", number)
-        return InterpolationMethod(name.lower(), max(order, 1))
+        if not self.keywords.keys() & {"InterpolationOrder", "InterpolationSamplesM1"}:
+            note(f"{self.source}: no InterpolationOrder, taken as {default}")
+        return super().method(default)
 
     def _frame(self) -> tuple[str, str]:
         body, _ = self.keywords.get("CentralBody", ("Earth", 0))

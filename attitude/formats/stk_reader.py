@@ -16,13 +16,12 @@ from ..errors import AttitudeError, InputError, note
 from ..frames import rotations
 from ..frames.earth_fixed import itrf, teme
 from ..samples.ephemeris_data import EphemerisData
-from ..samples.interpolation import MAX_STATED_DEGREE, InterpolationMethod
 from ..samples.resampling import with_method
 from ..times.instants import Instants
 from ..times.leap_seconds import dubious_years
 from ..units import finite_array
 from . import line_blocks, schema, stk_dates, stk_text, text_rows, time_origin
-from .stk_dates import DATES, ELAPSED, iso_date
+from .stk_dates import DATES, ELAPSED
 from .stk_text import StkTextReader
 
 KEYWORDS = stk_text.KEYWORDS | {
@@ -32,35 +31,34 @@ KEYWORDS = stk_text.KEYWORDS | {
     "Sequence": r"[123]{3}",
     "AttitudeDeviations": r"(?i:rapid|mild)",
 }
-NUMBERS = {"wxyz": 4, "xyzw": 4, "Euler angles": 3, "yaw, pitch, roll": 3, "matrix": 9}
 
 
 class RowKind(NamedTuple):
-    """What the numbers of a row are after its time: an attitude in a form of NUMBERS, and a rate or none."""
+    """What is in a row after its time: an attitude, its form and how many numbers it has; a rate, or none."""
 
     form: str
+    numbers: int
     has_rate: bool = False
 
     @property
     def width(self) -> int:
         """Numbers of a row, without its time."""
-        return NUMBERS[self.form] + 3 * self.has_rate
+        return self.numbers + 3 * self.has_rate
 
 
 ROWS = {
-    "attitudetimequaternions": RowKind("xyzw"),
-    "attitudetimequatscalarfirst": RowKind("wxyz"),
-    "attitudetimequatangvels": RowKind("xyzw", True),
-    "attitudetimeeulerangles": RowKind("Euler angles"),
-    "attitudetimeyprangles": RowKind("yaw, pitch, roll"),
-    "attitudetimedcm": RowKind("matrix"),
-    "attitudetimedcmangvels": RowKind("matrix", True),
+    "attitudetimequaternions": RowKind("xyzw", 4),
+    "attitudetimequatscalarfirst": RowKind("wxyz", 4),
+    "attitudetimequatangvels": RowKind("xyzw", 4, True),
+    "attitudetimeeulerangles": RowKind("Euler angles", 3),
+    "attitudetimeyprangles": RowKind("yaw, pitch, roll", 3),
+    "attitudetimedcm": RowKind("matrix", 9),
+    "attitudetimedcmangvels": RowKind("matrix", 9, True),
 }
 ROW_NAMES = (
     "AttitudeTimeQuaternions, ...QuatScalarFirst, ...QuatAngVels, ...EulerAngles, ...YPRAngles, ...DCM "
     "and ...DCMAngVels are read"
 )
-AXES_OF_EPOCH = {"temeofepoch": teme, "alignmentatepoch": itrf}
 AXES_NAMES = (
     "ICRF and J2000 are read, of the Earth also Inertial, Fixed, TEMEOfDate and, with a CoordinateAxesEpoch, "
     "TEMEOfEpoch and AlignmentAtEpoch"
@@ -80,11 +78,9 @@ class StkReader(StkTextReader):
     """Takes the version, the keywords, the rows and the end of a file, in this order."""
 
     def __init__(self, source: str):
-        super().__init__(source, KEYWORDS, ROW_NAMES)
-        self.stage = "version"  # what the next line is, or "end"
+        super().__init__(source, "Attitude", KEYWORDS, ROW_NAMES)
         self.number = 0  # of the last line
         self.row_kind: RowKind | None = None  # once its keyword was read
-        self.dates: list[str] = []  # of the rows, in ISO 8601, where TimeFormat is one of dates
         self.last_time: float | None = None
         self.count = self.checked_tables = 0
         self.tables: list[np.ndarray] = []
@@ -98,12 +94,9 @@ class StkReader(StkTextReader):
                 offset = self._add_rows(block, offset, self.row_kind)
             if offset < block.size:
                 offset = self._add_line(block, offset)
-        self._check_new_rows()
-
-    def _check_new_rows(self) -> None:
-        """Check the rows of a block at once: a file may go on without an end."""
         if self.checked_tables == len(self.tables):
             return
+        # the rows of a block at once: a file may go on without an end
         seconds = np.concatenate([table[:, 0] for table in self.tables[self.checked_tables :]])
         self._check_order(seconds, np.concatenate(self.line_numbers[self.checked_tables :]), self.last_time)
         self.last_time, self.checked_tables = float(seconds[-1]), len(self.tables)
@@ -132,11 +125,7 @@ class StkReader(StkTextReader):
 
     def _add_row(self, text: str, number: int, kind: RowKind) -> None:
         """Take a row that is not in the form that Arrow reads, or begins with a date."""
-        words = text.split()
-        if self.time_format in DATES:
-            words = [str(len(self.dates)), *self._without_date(words, number, kind)]
-        if len(words) != 1 + kind.width:
-            raise self.error(f"{len(words)} numbers where {1 + kind.width} belong", number)
+        words = self.row(text.split(), kind.width, number)
         try:
             row = finite_array(np.loadtxt([" ".join(words)], ndmin=2, comments=None), "row")
         except (InputError, ValueError) as error:
@@ -144,52 +133,34 @@ class StkReader(StkTextReader):
         self.tables.append(row)
         self.line_numbers.append(np.array([number]))
 
-    def _without_date(self, words: list[str], number: int, kind: RowKind) -> list[str]:
-        """Take the date at the beginning of a row; the words after it."""
-        text = " ".join(words[: -kind.width])
-        try:
-            self.dates.append(iso_date(text))
-        except ValueError:
-            expected = f"no date and {kind.width} numbers (TimeFormat {self.time_format})"
-            raise self.error(f"{' '.join(words)[:80]!r}: {expected}", number) from None
-        return words[-kind.width :]
-
     def _add_line(self, block: line_blocks.LineBlock, offset: int) -> int:
         self.number += 1
         line, offset = block.line(offset)
         text = line.decode("utf-8", errors="replace").removeprefix("\ufeff").strip()
         if not text or text.startswith("#"):
             self.add_remarks(self.number, rows=self.count)
-        elif self.stage == "end":
-            raise self.error("something after END Attitude", self.number)
+        elif self.is_outside(text, self.number):
+            pass
         elif self.row_kind and text[0] not in "Ee":
             self._add_row(text, self.number, self.row_kind)
+        elif self.row_kind:
+            if text.lower().split() != ["end", "attitude"]:
+                raise self.error(f"END Attitude or numbers belong here, not {text[:80]!r}", self.number)
+            self.stage = "end"
         else:
-            self._add_word(text, self.number)
+            self._add_keyword(*text.split(maxsplit=1))
         return offset
 
-    def _add_word(self, text: str, number: int) -> None:
-        """Take a line that is no row: the version, BEGIN, keywords, what begins the rows, END."""
-        lowered, (word, *values) = text.lower().split(), text.split(maxsplit=1)
-        if self.stage == "version":
-            self.check_version(text, number)
-            self.stage = "begin"
-        elif self.stage == "begin":
-            if lowered != ["begin", "attitude"]:
-                raise self.error(f"BEGIN Attitude belongs here, not {text[:80]!r}", number)
-            self.stage = "keywords"
-        elif self.stage == "rows":
-            if lowered != ["end", "attitude"]:
-                raise self.error(f"END Attitude or numbers belong here, not {text[:80]!r}", number)
-            self.stage = "end"
-        elif not lowered[0].startswith("attitudetime"):
-            self.add_keyword(word, " ".join(values), number)
-        elif lowered[0] not in ROWS:
-            raise self.error(f"{word[:80]!r} is not read; {ROW_NAMES}", number)
-        elif values:
-            raise self.error(f"{values[0][:80]!r} after {word}", number)
+    def _add_keyword(self, word: str, value: str = "") -> None:
+        """Take a keyword and its value, or the keyword before the rows."""
+        if not word.lower().startswith("attitudetime"):
+            self.add_keyword(word, value, self.number)
+        elif word.lower() not in ROWS:
+            raise self.error(f"{word[:80]!r} is not read; {ROW_NAMES}", self.number)
+        elif value:
+            raise self.error(f"{value[:80]!r} after {word}", self.number)
         else:
-            self.row_kind, self.stage = ROWS[lowered[0]], "rows"
+            self.row_kind, self.stage = ROWS[word.lower()], "rows"
 
     # -- the ephemeris --------------------------------------------------------------------------
 
@@ -200,14 +171,12 @@ class StkReader(StkTextReader):
         if not self.tables or self.row_kind is None:
             raise self.error("no attitudes", self.number)
         table, numbers = np.concatenate(self.tables), np.concatenate(self.line_numbers)
-        stated, line = self.keywords.get("NumberOfAttitudePoints", (None, 0))
-        if stated is not None and float(stated) != len(table):
-            raise self.error(f"{len(table)} attitudes, and NumberOfAttitudePoints is {stated}", line)
-        instants = self.instants(table[:, 0], self.dates, numbers)
+        self.check_count(len(table), "attitudes")
+        instants = self.instants(table[:, 0], numbers)
         if self.time_format in DATES:
             self._check_order(np.asarray(instants.seconds), numbers, None)
         frame, turn = self._frame()
-        width = NUMBERS[self.row_kind.form]
+        width = self.row_kind.numbers
         quaternion = self._quaternion(table[:, 1 : 1 + width], numbers, self.row_kind.form)
         if turn is not None:
             quaternion = rotations.product(turn, quaternion)
@@ -217,15 +186,7 @@ class StkReader(StkTextReader):
         if rate is not None and not np.abs(rate).max() <= schema.MAX_RATE:
             i = int(np.argmax(~(np.abs(rate) <= schema.MAX_RATE).all(axis=1)))
             raise self.error(f"a rate of more than {schema.MAX_RATE:g} rad/s", int(numbers[i]))
-        return with_method(ephemeris, self._method(), rotations.sign_changes(quaternion))
-
-    def _method(self) -> InterpolationMethod:
-        """How STK interpolates the file; Lagrange of order 1 where it says nothing."""
-        name, _ = self.keywords.get("InterpolationMethod", ("Lagrange", 0))
-        order, number = self.keywords.get("InterpolationOrder", ("1", 0))
-        if int(order) > MAX_STATED_DEGREE:
-            raise self.error(f"InterpolationOrder {order}: at most {MAX_STATED_DEGREE} is read", number)
-        return InterpolationMethod(name.lower(), max(1, int(order)))
+        return with_method(ephemeris, self.method(1), rotations.sign_changes(quaternion))
 
     def _quaternion(self, values: np.ndarray, numbers: np.ndarray, form: str) -> np.ndarray:
         """(n, 4) wxyz of the rows' numbers; transformation from the reference axes to the body's."""
@@ -281,12 +242,13 @@ class StkReader(StkTextReader):
         axes, frames = name.lower(), dict(stk_text.AXES)
         if body.lower() == "earth":
             frames |= stk_text.EARTH_AXES
-            if axes in AXES_OF_EPOCH and "CoordinateAxesEpoch" not in self.keywords:
+            frozen = {"temeofepoch": teme, "alignmentatepoch": itrf}
+            if axes in frozen and "CoordinateAxesEpoch" not in self.keywords:
                 raise self.error(f"CoordinateAxes {name}: no CoordinateAxesEpoch", number)
-            if axes in AXES_OF_EPOCH:
+            if axes in frozen:
                 instants = Instants(np.zeros(1), None, self.date("CoordinateAxesEpoch"))
                 try:
-                    return "GCRF", AXES_OF_EPOCH[axes](instants).back().quaternion[0]
+                    return "GCRF", frozen[axes](instants).back().quaternion[0]
                 except InputError as error:
                     raise self.error(f"CoordinateAxesEpoch: {error}", number) from None
         elif body.lower() == "sun":

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import AttitudeError, InputError, suggestion
+from ..samples.interpolation import MAX_STATED_DEGREE, InterpolationMethod
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time
 from . import stk_dates
@@ -38,24 +39,41 @@ EARTH_AXES = {"fixed": "ITRF", "temeofdate": "TEME", "inertial": "ICRF"}
 class StkTextReader(TextReader):
     """A file of keywords and rows.
 
+    title : what BEGIN and END name
     forms : of the values of its keywords
     rows : which keywords begin rows, for errors
+    stage : what the next line is: version, begin, keywords, rows, end
     keywords : values that were read, and their lines
+    dates : of the rows, in ISO 8601, where TimeFormat is one of dates
     """
 
-    def __init__(self, source: str, forms: Mapping[str, str], rows: str):
+    def __init__(self, source: str, title: str, forms: Mapping[str, str], rows: str):
         super().__init__(source)
-        self.forms, self.rows_known = forms, rows
+        self.title, self.forms, self.rows_known = title, forms, rows
+        self.names = {name.lower(): name for name in forms}
+        self.stage = "version"
         self.keywords: dict[str, tuple[str, int]] = {}
+        self.dates: list[str] = []
 
-    def check_version(self, text: str, number: int) -> None:
-        """FormatError unless this is the first line of a file of STK."""
-        if not re.fullmatch(VERSION_FORM, text.lower()):
-            raise self.error("not an STK file: it begins with stk.v.<major>.<minor>", number)
+    def is_outside(self, text: str, number: int) -> bool:
+        """Take the version and BEGIN, refuse anything after END; False for a line between these."""
+        if self.stage == "version":
+            if not re.fullmatch(VERSION_FORM, text.lower()):
+                raise self.error("not an STK file: it begins with stk.v.<major>.<minor>", number)
+            self.stage = "begin"
+        elif self.stage == "begin":
+            if text.lower().split() != ["begin", self.title.lower()]:
+                raise self.error(f"BEGIN {self.title} belongs here, not {text[:80]!r}", number)
+            self.stage = "keywords"
+        elif self.stage == "end":
+            raise self.error(f"something after END {self.title}", number)
+        else:
+            return False
+        return True
 
     def add_keyword(self, word: str, value: str, number: int) -> None:
         """Take a keyword and its value; FormatError if it is unknown, repeated, or its value is invalid."""
-        name = next((name for name in self.forms if name.lower() == word.lower()), None)
+        name = self.names.get(word.lower())
         if name is None:
             meant = suggestion(word, self.forms)
             raise self.error(f"keyword {word[:80]!r} is not known here{meant}; {self.rows_known}", number)
@@ -65,6 +83,44 @@ class StkTextReader(TextReader):
         if name in self.keywords:
             raise self.error(f"{name} twice", number)
         self.keywords[name] = value, number
+
+    def row(self, words: list[str], width: int, number: int) -> list[str]:
+        """The numbers of a row, whose date, where it begins with one, becomes a count of the dates."""
+        if self.time_format in DATES:
+            text = " ".join(words[:-width])
+            try:
+                self.dates.append(iso_date(text))
+            except ValueError:
+                expected = f"no date and {width} numbers (TimeFormat {self.time_format})"
+                raise self.error(f"{' '.join(words)[:80]!r}: {expected}", number) from None
+            words = [str(len(self.dates)), *words[-width:]]
+        if len(words) != 1 + width:
+            raise self.error(f"{len(words)} numbers where {1 + width} belong", number)
+        return words
+
+    def check_count(self, count: int, noun: str) -> None:
+        """FormatError unless the file states this number of rows, or none."""
+        keyword = f"NumberOf{self.title}Points"
+        stated, line = self.keywords.get(keyword, (count, 0))
+        if float(stated) != count:
+            raise self.error(f"{count} {noun}, and {keyword} is {stated}", line)
+
+    def method(self, default: int) -> InterpolationMethod:
+        """How STK interpolates the file; Lagrange of a default order where it says nothing."""
+        name = self.keywords.get("InterpolationMethod", ("Lagrange", 0))[0].lower()
+        keyword = "InterpolationSamplesM1"
+        if keyword in self.keywords:
+            stated, line = self.keywords[keyword]
+            order = 2 * int(stated) + 1 if name == "hermite" else int(stated)
+        else:
+            keyword = "InterpolationOrder"
+            stated, line = self.keywords.get(keyword, (str(default), 0))
+            order = int(stated)
+        if order > MAX_STATED_DEGREE:
+            raise self.error(
+                f"{keyword} {stated}: degree {order}, and at most {MAX_STATED_DEGREE} is read", line
+            )
+        return InterpolationMethod(name, max(1, order))
 
     @property
     def time_format(self) -> str:
@@ -80,12 +136,10 @@ class StkTextReader(TextReader):
             expected = "a date in UTC such as 1 Jul 2007 12:00:00.000"
             raise self.error(f"{keyword} {text[:80]!r} is not {expected}", number) from None
 
-    def instants(
-        self, elapsed: np.ndarray, dates: list[str], numbers: Sequence[int] | np.ndarray
-    ) -> Instants:
+    def instants(self, elapsed: np.ndarray, numbers: Sequence[int] | np.ndarray) -> Instants:
         """Instants of the rows, since the scenario's epoch or the date of the first row.
 
-        elapsed : (n,), in the unit of the format of times; dates : of the rows, if that is one of DATES
+        elapsed : (n,), in the unit of the format of times; not used of rows with dates
         numbers : of their lines
         """
         if self.time_format in ELAPSED:
@@ -93,7 +147,7 @@ class StkTextReader(TextReader):
                 raise self.error("no ScenarioEpoch: the instants have no dates")
             return Instants(elapsed * ELAPSED[self.time_format], None, self.date("ScenarioEpoch"))
         try:
-            times = stk_dates.times(dates, self.time_format)
+            times = stk_dates.times(self.dates, self.time_format)
         except InputError as error:
             row = error.steps[-1] if error.steps else 0
             raise self.error(str(error), int(numbers[row]) if isinstance(row, int) else None) from None

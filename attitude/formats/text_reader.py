@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-from math import inf, isfinite, nan
+from math import inf, isfinite, isnan, nan
 from typing import Any
 
 from ..errors import FormatError, InputError
 
-NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 MAX_REMARKS = 100_000  # comments and empty lines, in which a file without an end may go on
 
 
@@ -28,6 +27,13 @@ class TextReader:
         if self.remark_count > max(MAX_REMARKS, rows):
             raise self.error(f"more than {MAX_REMARKS} comments and empty lines", line)
 
+    def finite(self, word: str, line: int) -> float:
+        """The number that a word is; FormatError for any other word."""
+        value = finite_number(word)
+        if isnan(value):
+            raise self.error(f"{word[:40]!r} is no finite number", line)
+        return value
+
     def error(self, reason: str, line: int | None = None) -> FormatError:
         """FormatError that names the file, and the line if one is given."""
         return FormatError(reason, self.source, line)
@@ -35,7 +41,8 @@ class TextReader:
 
 def finite_number(word: str) -> float:
     """The decimal number that a word is; NaN for any other word, and for a number beyond a double."""
-    value = float(word) if NUMBER.fullmatch(word) else inf
+    is_number = re.fullmatch(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", word, re.ASCII)
+    value = float(word) if is_number else inf
     return value if isfinite(value) else nan
 
 
