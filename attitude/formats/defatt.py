@@ -121,10 +121,11 @@ class DefattReader(TextReader):
         if not self.tables:
             raise self.error("no attitudes between DATA_START and DATA_STOP")
         numbers = np.concatenate(self.numbers)
-        stamps = Timestamps(*map(np.concatenate, zip(*self.stamps, strict=True)))
-        later = stamps.is_ascending
-        if not later.all():
-            raise self.error("an epoch that is not after the one before", int(numbers[np.argmin(later) + 1]))
+        stamps = Timestamps.joined(self.stamps)
+        try:
+            stamps.check_ascending()
+        except RowError as error:
+            raise self.error(error.reason, int(numbers[error.index])) from None
         columns = np.concatenate(self.tables, axis=1).T
         try:
             q = schema.unit_rows(columns[:, [3, 0, 1, 2]], self.source)

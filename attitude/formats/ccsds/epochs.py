@@ -7,6 +7,7 @@ time system is UTC.  Text of up to 18 decimals is a whole number of attoseconds,
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from datetime import date
 from typing import Any, NamedTuple
 
@@ -77,6 +78,17 @@ class Timestamps(NamedTuple):
         """(n - 1,) bool: which epochs but the first are after the one before them."""
         second, atto = self
         return (second[1:] > second[:-1]) | ((second[1:] == second[:-1]) & (atto[1:] > atto[:-1]))
+
+    @classmethod
+    def joined(cls, parts: Iterable[Timestamps]) -> Timestamps:
+        """One series of several."""
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def check_ascending(self) -> None:
+        """RowError for the first epoch that is not after the one before it."""
+        later = self.is_ascending
+        if not later.all():
+            raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")
 
     def at(self, index: int) -> tuple[int, int]:
         """(second, atto) of one epoch."""
@@ -241,6 +253,12 @@ def to_instants(stamps: Timestamps, system: str) -> Instants:
     fraction = (stamps.atto - stamps.atto[0]) / 1e18
     seconds, rest = two_sum(whole, fraction)
     return Instants(seconds, rest if rest.any() else None, epoch, scale=scale)
+
+
+def seconds_at(time: tuple[int, int], stamps: Timestamps, system: str) -> float:
+    """Seconds from the first of the timestamps to a time."""
+    both = (np.array(pair) for pair in zip(stamps.first, time, strict=True))
+    return float(to_instants(Timestamps(*both), system).seconds[1])
 
 
 def _time(day: np.ndarray, second: np.ndarray, atto: np.ndarray, system: str) -> Time:

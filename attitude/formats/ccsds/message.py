@@ -15,7 +15,7 @@ from ...samples.interpolation import Interpolation, InterpolationMethod, Interpo
 from ...times.instants import Instants
 from .. import schema
 from ..text_reader import TextReader
-from .epochs import Timestamps, to_instants
+from .epochs import Timestamps, seconds_at, to_instants
 from .keywords import HEADER, METADATA, KeywordBlock
 from .segment import Rows, Segment
 
@@ -73,7 +73,7 @@ def _joined(segments: list[Segment]) -> EphemerisData:
     useable span says which counts; the first of them gets the double before the second's.
     """
     rows = [segment.rows() for segment in segments]
-    stamps = Timestamps(*map(np.concatenate, zip(*(part.stamps for part in rows), strict=True)))
+    stamps = Timestamps.joined(part.stamps for part in rows)
     attitude = np.concatenate([part.attitude for part in rows], axis=1).T
     sign_changes = sum(rotations.sign_changes(part.attitude.T) for part in rows)
     attitude = rotations.sign_continuous(schema.unit_rows(attitude, segments[0].source))
@@ -148,8 +148,7 @@ def _interpolation(
         ends = [part.elapsed[0], part.elapsed[-1]]
         for i, time in enumerate(segment.useable):
             if time is not None:
-                bounds = Timestamps(*(np.array([a[0], b]) for a, b in zip(stamps, time, strict=True)))
-                ends[i] = min(max(to_instants(bounds, segment.system).seconds[1], ends[0]), ends[1])
+                ends[i] = min(max(seconds_at(time, stamps, segment.system), ends[0]), ends[1])
         rate = part.angular_velocity if part.has_rate else None
         method = segment.method or InterpolationMethod()
         parts.append(InterpolationSegment(ends[0], ends[1], part.instants, part.attitude, rate, method))

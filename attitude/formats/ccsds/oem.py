@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import BinaryIO
 
-import numpy as np
-
 from ... import stopping
 from ...errors import AttitudeError
 from ...samples.interpolation import InterpolationMethod
 from ..orbits import OrbitRows, OrbitSegment
 from ..text_reader import TextReader
-from .epochs import RowError, Timestamps, to_instants
+from .epochs import RowError, seconds_at, to_instants
 from .keywords import HEADER, Keyword, KeywordBlock, frame_named
 from .ndm import NdmLine, Syntax, read_ndm
 from .rows import parse_rows
@@ -116,9 +114,7 @@ class _OemReader(TextReader):
         columns = COLUMNS if width == 9 else COLUMNS[:6]
         try:
             stamps, numbers = parse_rows([row.value.encode() for row in rows], columns, system)
-            later = stamps.is_ascending
-            if not later.all():
-                raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")
+            stamps.check_ascending()
         except RowError as error:
             raise self.error(error.reason, rows[error.index].number) from None
         try:
@@ -130,8 +126,7 @@ class _OemReader(TextReader):
         for end in ends:
             time = fields.time(f"USEABLE_{end}_TIME")
             if time is not None:
-                both = Timestamps(*(np.array([a[0], b]) for a, b in zip(stamps, time, strict=True)))
-                ends[end] = float(to_instants(both, system).seconds[1])
+                ends[end] = seconds_at(time, stamps, system)
         start, stop = max(ends["START"], first), min(ends["STOP"], last)
         if not start <= stop:
             raise fields.error("USEABLE_START_TIME", "no rows in the useable span")

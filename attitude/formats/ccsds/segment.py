@@ -97,11 +97,9 @@ class Segment:
         A writer may have rounded these two, or the rows, to fewer digits than the others: less than a unit of
         the last digit beyond them is inside.
         """
-        later = stamps.is_ascending
         if self.blocks and stamps.first <= self.blocks[-1].stamps.last:
             raise RowError(0, "an epoch that is not after the one before")
-        if not later.all():
-            raise RowError(int(np.argmin(later)) + 1, "an epoch that is not after the one before")
+        stamps.check_ascending()
         start, stop = (
             moved(self.span[name], way * max(unit_of(self.fields.values[name]), stamps.unit))
             for name, way in (("START_TIME", -1), ("STOP_TIME", 1))
@@ -122,7 +120,7 @@ class Segment:
     def rows(self) -> Rows:
         """All rows; the blocks are released."""
         blocks, self.blocks = self.blocks, []
-        stamps = Timestamps(*map(np.concatenate, zip(*(block.stamps for block in blocks), strict=True)))
+        stamps = Timestamps.joined(block.stamps for block in blocks)
         attitude = np.concatenate([block.attitude for block in blocks], axis=1)
         rates = [block.rate for block in blocks if block.rate is not None]
         return Rows(stamps, attitude, np.concatenate(rates, axis=1) if rates else None)
