@@ -6,7 +6,7 @@ A datetime64, or an Arrow timestamp, cannot be at a leap second; UTC would be wr
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from astropy.time import Time
@@ -40,6 +40,11 @@ def names(samples: Samples) -> list[str]:
     epoch = samples.first.epoch
     span = samples.extremes.least, samples.extremes.greatest
     return [TIME_TAI, *numbers] if epoch is not None and can_hold(epoch, *span) else numbers
+
+
+def dtype(name: str) -> np.dtype[Any]:
+    """The type of a column's numbers."""
+    return np.dtype("<M8[ns]" if name == TIME_TAI else "<f8")
 
 
 def check_names(names: Sequence[str], source: str, what: str = "column") -> None:

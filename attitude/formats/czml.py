@@ -56,8 +56,16 @@ class CzmlOptions:
             rotations.check_ut1(self.ut1)
         for field in ("position", "box"):
             value = getattr(self, field)
-            if value is not None:
-                object.__setattr__(self, field, _three_numbers(value, field))
+            if value is None:
+                continue
+            try:
+                parts = value.split(",") if isinstance(value, str) else value
+                numbers = [float(number) for number in parts]
+            except (TypeError, ValueError):
+                numbers = []
+            if len(numbers) != 3 or not np.isfinite(numbers).all():
+                raise InputError(field, value, "three finite numbers, m")
+            object.__setattr__(self, field, numbers)
 
 
 Options = CzmlOptions
@@ -197,14 +205,3 @@ def _interval(head: EphemerisData, tail: EphemerisData) -> str:
 def _date(time: Time) -> str:
     """ISO 8601, UTC to the nanosecond, without zeros at its end."""
     return one_date(time.utc).rstrip("0").rstrip(".") + "Z"
-
-
-def _three_numbers(value: Any, field: str) -> list[float]:
-    """Three finite numbers, given as such or as text with commas."""
-    try:
-        numbers = [float(number) for number in (value.split(",") if isinstance(value, str) else value)]
-    except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) != 3 or not np.isfinite(numbers).all():
-        raise InputError(field, value, "three finite numbers, m")
-    return numbers

@@ -57,13 +57,11 @@ class DefattReader(TextReader):
         offset = 0
         while offset < block.size:
             if self.in_rows:
-                stop = re.search(rb"(?m)^\s*DATA_STOP\s*$", block.text[offset:])
-                end = block.size if stop is None else offset + stop.start()
+                end = block.find(b"DATA_STOP", offset)
                 self._add_rows(block.text[offset:end], block.number_at(offset))
-                offset, self.in_rows = end, stop is None
-                self.ended = stop is not None
-                if self.in_rows:
+                if end == block.size:
                     return
+                offset, self.in_rows, self.ended = end, False, True
             number = block.number_at(offset)
             line, offset = block.line(offset)
             self._add_line(line.decode("utf-8", errors="replace").strip(), number)

@@ -357,7 +357,11 @@ def greatest_error(samples: Samples, interpolant: Interpolant) -> float:
         last = min(first + size, samples.count - 1)  # intervals, from first to last
         low, high = max(0, first - around), min(samples.count, last + 1 + around)
         piece = samples.chunk(low, high)
-        _check_order(piece, low)
+        back = np.flatnonzero(~(np.diff(piece.elapsed) > 0.0))
+        if back.size:
+            i = int(back[0]) + 1
+            text = f"instants[{low + i}] ({float(piece.elapsed[i])!r} s) is not after the one before it"
+            raise FormatError(f"{text}: readers that interpolate need them in increasing order")
         intervals = np.arange(first - low, last - low)
         errors, rotation = interval_errors(piece, interpolant, intervals, interpolant.fractions)
         if rotation.max() > MAX_RESOLVED_ROTATION:
@@ -404,16 +408,6 @@ def _squared_rates(ephemeris: EphemerisData) -> np.ndarray:
     """(n,) (rad/s)^2."""
     x, y, z = ephemeris.angular_velocity.T
     return np.asarray(x * x + y * y + z * z)
-
-
-def _check_order(piece: EphemerisData, first: int) -> None:
-    back = np.flatnonzero(~(np.diff(piece.elapsed) > 0.0))
-    if back.size:
-        i = int(back[0])
-        raise FormatError(
-            f"instants[{first + i + 1}] ({float(piece.elapsed[i + 1])!r} s) is not after the one before it: "
-            "readers that interpolate need them in increasing order"
-        )
 
 
 def _instants_between(instants: Instants, intervals: np.ndarray, fractions: np.ndarray) -> Instants:

@@ -51,6 +51,15 @@ class LineBlock:
         end = self.text.index(b"\n", offset)
         return self.text[offset:end].removesuffix(b"\r"), end + 1
 
+    def find(self, word: bytes, offset: int) -> int:
+        """Offset of the first line from an offset on that is this word alone; the size if there is none."""
+        while (match := self.text.find(word, offset)) >= 0:
+            begin = self.text.rfind(b"\n", offset, match) + 1 or offset
+            line, offset = self.line(begin)
+            if line.split() == [word]:
+                return begin
+        return self.size
+
     def number_at(self, offset: int) -> int:
         """The number of the line that begins at this offset; counting continues from the last call."""
         start, number = self._counted

@@ -36,7 +36,12 @@ def blocks(samples: Samples) -> Iterator[bytes]:
             npy.write_array(member, np.array(orjson.dumps(schema.metadata(samples)).decode()))
         for i, name in enumerate(names):
             with _member(archive, name) as member:
-                member.write(_header(samples, name))
+                shape = samples.shape
+                if name in columnar.TIME_COLUMNS:
+                    shape = shape[len(shape) - len(samples.first.instants.shape) :]
+                descr = npy.dtype_to_descr(columnar.dtype(name))
+                header = {"descr": descr, "fortran_order": len(shape) > 1, "shape": shape}
+                npy.write_array_header_1_0(member, header)
                 for chunk in _chunks(samples, i, len(names)):
                     values = columnar.columns(chunk, (name,))[name]
                     member.write(np.ascontiguousarray(values.T).reshape(-1).view(np.uint8).data)
@@ -47,21 +52,6 @@ def blocks(samples: Samples) -> Iterator[bytes]:
 def _member(archive: zipfile.ZipFile, name: str) -> Any:
     """A member for an array; without a date, so that the same ephemeris gives the same bytes."""
     return archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True)
-
-
-def _dtype(name: str) -> np.dtype[Any]:
-    return np.dtype("<M8[ns]" if name == columnar.TIME_TAI else "<f8")
-
-
-def _header(samples: Samples, name: str) -> bytes:
-    """numpy's header of an array."""
-    shape = samples.shape
-    if name in columnar.TIME_COLUMNS:
-        shape = shape[len(shape) - len(samples.first.instants.shape) :]
-    sink = Sink()
-    fields = {"descr": npy.dtype_to_descr(_dtype(name)), "fortran_order": len(shape) > 1, "shape": shape}
-    npy.write_array_header_1_0(sink, fields)
-    return b"".join(sink.take())
 
 
 def _chunks(samples: Samples, step: int, steps: int) -> Iterator[EphemerisData]:
@@ -110,8 +100,8 @@ def _array(archive: zipfile.ZipFile, each: zipfile.ZipInfo, name: str, source: s
         if name == METADATA:
             if shape or kind.kind != "U" or kind.itemsize > each.file_size:
                 raise FormatError(f"metadata of {kind}, shape {shape}, not one text", source)
-        elif kind != _dtype(name):
-            raise FormatError(f"array {name!r} of {kind}, not {_dtype(name)}", source)
+        elif kind != columnar.dtype(name):
+            raise FormatError(f"array {name!r} of {kind}, not {columnar.dtype(name)}", source)
         elif not 0 <= each.file_size - prod(shape) * kind.itemsize <= MAX_HEADER_BYTES:
             raise FormatError(f"array {name!r} of shape {shape} in {each.file_size} bytes", source)
         size = prod(shape) * kind.itemsize

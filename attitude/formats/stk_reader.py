@@ -148,17 +148,18 @@ class StkReader(StkTextReader):
                 raise self.error(f"END Attitude or numbers belong here, not {text[:80]!r}", self.number)
             self.stage = "end"
         else:
-            self._add_keyword(*text.split(maxsplit=1))
+            word, *values = text.split(maxsplit=1)
+            self.add_keyword(word, " ".join(values), self.number)
         return offset
 
-    def _add_keyword(self, word: str, value: str = "") -> None:
+    def add_keyword(self, word: str, value: str, number: int) -> None:
         """Take a keyword and its value, or the keyword before the rows."""
         if not word.lower().startswith("attitudetime"):
-            self.add_keyword(word, value, self.number)
+            super().add_keyword(word, value, number)
         elif word.lower() not in ROWS:
-            raise self.error(f"{word[:80]!r} is not read; {ROW_NAMES}", self.number)
+            raise self.error(f"{word[:80]!r} is not read; {ROW_NAMES}", number)
         elif value:
-            raise self.error(f"{value[:80]!r} after {word}", self.number)
+            raise self.error(f"{value[:80]!r} after {word}", number)
         else:
             self.row_kind, self.stage = ROWS[word.lower()], "rows"
 

@@ -57,7 +57,8 @@ def tt_origin(head: EphemerisData) -> TimeOrigin:
 
 def utc_origin(head: EphemerisData) -> TimeOrigin:
     """Return the whole second of UTC of the first instant, never second 60, which few readers know."""
-    year, month, day, clock = erfa.d2dtf("UTC", 9, *_julian_dates(head.time.utc))
+    utc = head.time.utc.ravel()[0]
+    year, month, day, clock = erfa.d2dtf("UTC", 9, utc.jd1, utc.jd2)
     second = min(int(clock["s"]), 59)
     days = erfa.dtf2d("UTC", year, month, day, clock["h"], clock["m"], second)
     time = Time(*days, format="jd", scale="utc")
@@ -65,14 +66,10 @@ def utc_origin(head: EphemerisData) -> TimeOrigin:
     return TimeOrigin(time, tt, *two_part(tt_seconds(head.epoch) - tt))
 
 
-def _julian_dates(time: Time) -> tuple[float, float]:
-    return float(np.ravel(time.jd1)[0]), float(np.ravel(time.jd2)[0])
-
-
-def tt_seconds(time: Time | None) -> Fraction:
+def tt_seconds(time: Time) -> Fraction:
     """Return exact seconds past J2000 in TT, of both Julian dates."""
-    days = _julian_dates(time.tt)  # type: ignore[union-attr]
-    return (Fraction(days[0]) - J2000_DAY + Fraction(days[1])) * 86400
+    tt = time.tt
+    return (Fraction(float(tt.jd1)) - J2000_DAY + Fraction(float(tt.jd2))) * 86400
 
 
 def tt_time(seconds: int) -> Time:

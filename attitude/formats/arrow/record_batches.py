@@ -31,19 +31,16 @@ def blocks(samples: Samples, new_writer: Callable[[Sink, Any], Any]) -> Iterator
     if samples.first.epoch is not None:
         text = columnar.MEANING if columnar.TIME_TAI in names else columnar.LEFT_OUT
         metadata[columnar.TIME_TAI.encode()] = text.encode()
-    fields = [pa.field(name, _type(name), nullable=False) for name in names]
+    types = {name: pa.from_numpy_dtype(columnar.dtype(name)) for name in names}
+    fields = [pa.field(name, kind, nullable=False) for name, kind in types.items()]
     arrow_schema = pa.schema(fields, metadata=metadata)
     with new_writer(sink, arrow_schema) as writer:
         for chunk in samples.chunks():
             table = columnar.columns(chunk, names)
-            arrays = [array(table[name], _type(name)) for name in names]
+            arrays = [array(table[name], types[name]) for name in names]
             writer.write_batch(pa.record_batch(arrays, schema=arrow_schema))
             yield from sink.take()
     yield from sink.take()
-
-
-def _type(name: str) -> Any:
-    return pa.timestamp("ns") if name == columnar.TIME_TAI else pa.float64()
 
 
 def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str) -> EphemerisData:
@@ -52,8 +49,9 @@ def parse(open_reader: Callable[[BinaryIO], Any], stream: BinaryIO, source: str)
         reader = open_reader(stream)
         columnar.check_names(reader.schema.names, source)  # before any data is read
         for name, kind in zip(reader.schema.names, reader.schema.types, strict=True):
-            if kind != _type(name):
-                raise FormatError(f"column {name!r} of {kind}, not {_type(name)}", source)
+            expected = pa.from_numpy_dtype(columnar.dtype(name))
+            if kind != expected:
+                raise FormatError(f"column {name!r} of {kind}, not {expected}", source)
         text = (reader.schema.metadata or {}).get(METADATA)
         if text is None:
             raise FormatError("not an ephemeris of this library: no metadata under 'attitude'", source)

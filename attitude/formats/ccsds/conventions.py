@@ -126,9 +126,13 @@ def row_convention(fields: KeywordBlock) -> RowConvention:
             axes = euler_axes(fields.get("EULER_ROT_SEQ"))
         except InputError as error:
             raise fields.error("EULER_ROT_SEQ", error.expected) from None
-    if kind.attitude is Columns.SPIN and not (is_frame_a and _is_a_to_b(fields)):
+    direction = fields.get("ATTITUDE_DIR") or "A2B"  # which version 1 states; version 2 has no other
+    if direction not in ("A2B", "B2A"):
+        raise fields.error("ATTITUDE_DIR", "neither A2B nor B2A")
+    is_a_to_b = direction == "A2B"
+    if kind.attitude is Columns.SPIN and not (is_frame_a and is_a_to_b):
         raise fields.error("REF_FRAME_A", "a spin is relative to frame A, and frame B is the body's")
-    return RowConvention(columns, frame, is_frame_a == _is_a_to_b(fields), has_body_rates, axes)
+    return RowConvention(columns, frame, is_frame_a == is_a_to_b, has_body_rates, axes)
 
 
 def _external_frame(fields: KeywordBlock) -> tuple[str, bool]:
@@ -145,14 +149,6 @@ def _external_frame(fields: KeywordBlock) -> tuple[str, bool]:
     if frame == "ITRF" != name:
         note(f"{fields.source}: {name} is taken for ITRF, whose axes agree within 1e-8 rad")
     return frame, is_known[0]
-
-
-def _is_a_to_b(fields: KeywordBlock) -> bool:
-    """Whether the direction is A to B, which version 1 states; version 2 has no other."""
-    direction = fields.get("ATTITUDE_DIR") or "A2B"
-    if direction not in ("A2B", "B2A"):
-        raise fields.error("ATTITUDE_DIR", "neither A2B nor B2A")
-    return direction == "A2B"
 
 
 def _rate_frame(fields: KeywordBlock) -> str:

@@ -22,16 +22,6 @@ def read_kvn(stream: BinaryIO, source: str, segment: int | None) -> EphemerisDat
     return reader.ephemeris()
 
 
-def _find_data_stop(block: line_blocks.LineBlock, offset: int) -> int:
-    """Offset of the line DATA_STOP; the block's size if it has none."""
-    while (match := block.text.find(b"DATA_STOP", offset)) >= 0:
-        begin = block.text.rfind(b"\n", offset, match) + 1 or offset
-        line, offset = block.line(begin)
-        if line.split() == [b"DATA_STOP"]:
-            return begin
-    return block.size
-
-
 class KvnReader(TextReader):
     """Takes lines one by one, and the rows of a block together."""
 
@@ -101,7 +91,7 @@ class KvnReader(TextReader):
                 self.message.add_remarks(block.number_at(offset))
                 return following
             self.at_first_row = False
-        stop = _find_data_stop(block, offset)
+        stop = block.find(b"DATA_STOP", offset)
         if stop > offset and self.segment is not None:
             number = block.number_at(offset)
             empty_lines = self.segment.add_lines(block.text[offset:stop], number)

@@ -52,6 +52,13 @@ class Syntax(NamedTuple):
         """First keyword of the message."""
         return f"CCSDS_{self.name.upper()}_VERS"
 
+    def check_version(self, version: str, source: str, number: int) -> str:
+        """The version; FormatError for one that is not read."""
+        if version not in self.versions:
+            reason = f"{self.name.upper()} version {version[:20]!r}; this library reads"
+            raise FormatError(f"{reason} {', '.join(self.versions)}", source, number)
+        return version
+
 
 class Ndm(NamedTuple):
     """A message: its version, and its lines after that."""
@@ -79,7 +86,7 @@ def _read_kvn(content: bytes, source: str, syntax: Syntax) -> Ndm:
             if name != syntax.version_keyword:
                 reason = f"not an {syntax.name.upper()}: no {syntax.version_keyword} in its first line"
                 raise FormatError(reason, source, number)
-            version = _checked_version(value, source, number, syntax)
+            version = syntax.check_version(value, source, number)
         elif equals:
             units = re.fullmatch(r"(.*?)\s*\[([^][]*)\]", value)
             lines.append(NdmLine(name, *(units[1], number, units[2]) if units else (value, number)))
@@ -90,14 +97,6 @@ def _read_kvn(content: bytes, source: str, syntax: Syntax) -> Ndm:
     if not version:
         raise FormatError(f"not an {syntax.name.upper()}: no {syntax.version_keyword}", source)
     return Ndm(version, lines)
-
-
-def _checked_version(version: str, source: str, number: int, syntax: Syntax) -> str:
-    if version not in syntax.versions:
-        known = ", ".join(syntax.versions)
-        reason = f"{syntax.name.upper()} version {version[:20]!r}; this library reads {known}"
-        raise FormatError(reason, source, number)
-    return version
 
 
 class _XmlReader(ExpatReader):
@@ -135,7 +134,8 @@ class _XmlReader(ExpatReader):
             if self.version:
                 raise self.error(f"a second <{name}>")
             version = attributes.get("version", "")
-            self.version = _checked_version(version, self.source, self.parser.CurrentLineNumber, self.syntax)
+            line = self.parser.CurrentLineNumber
+            self.version = self.syntax.check_version(version, self.source, line)
         elif name != "ndm" and not self.version:
             raise self.error(f"<{name[:40]}> where <{self.syntax.name}> belongs")
         elif self.syntax.rows.get(name):

@@ -50,7 +50,16 @@ class RowWriter:
             left -= len(piece)
             if left == 0:
                 epochs[-1] = self.last_epoch(segment)
-            self._check_order(epochs, is_begin)
+            # a segment may begin at the last epoch of the one before
+            before = np.concatenate([[self._last_epoch], epochs[:-1]])
+            late = epochs <= before
+            if is_begin:
+                late[0] = epochs[0] < before[0]
+            if late.any():
+                i = int(np.argmax(late))
+                order = f"{epochs[i].decode()} follows {bytes(before[i]).decode()}"
+                raise FormatError(f"an AEM needs instants that increase by a nanosecond or more; {order}")
+            self._last_epoch = epochs[-1]
             # Adding 0.0 makes -0.0 positive: the standard has no -0 (6.8.5).
             yield texts(self._numbers(piece) + 0.0, separators, epochs)
 
@@ -80,18 +89,6 @@ class RowWriter:
             return bytes(epoch_texts(following[0].first)[0])
         return bytes(epoch_texts(segment.last)[0])
 
-    def _check_order(self, epochs: np.ndarray, is_begin: bool) -> None:
-        """Refuse epochs that do not increase; a segment may begin at the last epoch of the one before."""
-        before = np.concatenate([[self._last_epoch], epochs[:-1]])
-        late = epochs <= before
-        if is_begin:
-            late[0] = epochs[0] < before[0]
-        if late.any():
-            i = int(np.argmax(late))
-            order = f"{epochs[i].decode()} follows {bytes(before[i]).decode()}"
-            raise FormatError(f"an AEM needs instants that increase by a nanosecond or more; {order}")
-        self._last_epoch = epochs[-1]
-
 
 def epoch_texts(piece: EphemerisData) -> np.ndarray:
     """(n,) dates to the nanosecond; FormatError outside the years 1 to 9999."""
@@ -114,15 +111,13 @@ def parse_rows(rows: list[bytes], columns: tuple[str, ...], system: str) -> tupl
         epochs.append(epoch)
         if len(words) != len(columns):
             if EPOCH.fullmatch(epoch) is None:
-                raise RowError(i, f"{_shown(epoch)} where an epoch or DATA_STOP belongs")
+                shown = epoch[:40].decode("ascii", "replace")
+                raise RowError(i, f"{shown!r} where an epoch or DATA_STOP belongs")
             missing = f", no {columns[len(words)]}" if len(words) < len(columns) else ""
             raise RowError(i, f"{len(words)} numbers where {' '.join(columns)} belong{missing}")
         for j, (word, name) in enumerate(zip(words, columns, strict=True)):
             numbers[j, i] = finite_number(word.decode("latin-1"))
             if np.isnan(numbers[j, i]):
-                raise RowError(i, f"{name} is {_shown(word)}, not a finite number")
+                shown = word[:40].decode("ascii", "replace")
+                raise RowError(i, f"{name} is {shown!r}, not a finite number")
     return parse_epochs(epochs, system), numbers
-
-
-def _shown(word: bytes) -> str:
-    return repr(word[:40].decode("ascii", "replace"))

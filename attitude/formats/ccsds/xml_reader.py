@@ -146,10 +146,11 @@ class XmlReader(ExpatReader):
                 for group, names in (("rotationAngles", kind.attitude), ("rotationRates", kind.rate))
                 for i, name in enumerate(names, start=1)
             }
-        self.parser.StartElementHandler = self._start_in_data
-        self.parser.EndElementHandler = self._end_in_data
+        self.parser.StartElementHandler = self.start_in_data
+        self.parser.EndElementHandler = self.end_in_data
 
-    def _start_in_data(self, name: str, attributes: dict[str, str]) -> None:
+    def start_in_data(self, name: str, attributes: dict[str, str]) -> None:
+        """Begin an element of the data."""
         name, parent = name.rpartition(":")[2], self.stack[-1]
         name = self.numbered.get((parent, name), name)
         if self.text:
@@ -214,7 +215,8 @@ class XmlReader(ExpatReader):
         elif name == "aem" and "body" not in self.seen:
             raise self.error("no body")
 
-    def _end_in_data(self, name: str) -> None:
+    def end_in_data(self, name: str) -> None:
+        """End an element of the data, or the data."""
         name = self.stack[-1]
         if name in self.names:
             self.state[name] = "".join(self.text)

@@ -50,7 +50,7 @@ def parse(
     if clock_id is not None:
         check_id(clock_id, "clock_id")
     frames = {} if fk is None else text_kernels.variables(_kernel_text(fk, "fk", source), str(fk))
-    arrays = daf.arrays(daf.content(stream, b"DAF/CK", source), 2, 6, source)
+    arrays = daf.arrays(stream, b"DAF/CK", 2, 6, source)
     structures = sorted({array.integers[0] for array in arrays})
     structure = structures[0] if structure_id is None and len(structures) == 1 else structure_id
     if structure not in structures or structure is None:

@@ -39,6 +39,17 @@ class CkRecords(NamedTuple):
         packets = [rotations.conjugate(part) for part in (q, 0.5 * rotations.product(pure, q))]
         return np.ascontiguousarray(np.concatenate(packets, axis=1))
 
+    @property
+    def rates_between(self) -> np.ndarray:
+        """(n - 1, 3) rad a tick, inertial: constant rates from each attitude to the next, the shorter way."""
+        q = self.quaternion
+        step = rotations.product(q[1:], rotations.conjugate(q[:-1]))
+        step = np.where(step[:, :1] < 0.0, -step, step)
+        size = np.sqrt((step[:, 1:] ** 2).sum(axis=1))
+        angle = 2.0 * np.arctan2(size, step[:, 0])
+        scale = np.divide(angle, size, out=np.full_like(size, 2.0), where=size > 0.0)
+        return step[:, 1:] * (scale / np.diff(self.ticks))[:, None]
+
     def part(self, key: Any) -> CkRecords:
         """Part of the records: at an index, a slice or a mask."""
         velocity = None if self.velocity is None else self.velocity[key]

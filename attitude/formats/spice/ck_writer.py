@@ -309,24 +309,12 @@ def _intervals(records: CkRecords, is_constant: bool) -> tuple[CkRecords, np.nda
     At one rate from the first to the last, each covers `MAX_ROTATION` at most.
     """
     if not is_constant or records.velocity is None:
-        return records.part(slice(-1)), records.ticks[1:], _interval_rates(records)
+        return records.part(slice(-1)), records.ticks[1:], text_kernels.TICKS * records.rates_between
     speed = float(np.sqrt((records.velocity[0] ** 2).sum()))
     angle = speed * (records.ticks - records.ticks[0]) / text_kernels.TICKS
     begins = np.flatnonzero(np.diff(np.floor(angle[:-1] / MAX_ROTATION), prepend=-1.0))
     edges = np.append(begins, len(records.ticks) - 1)
     return records.part(edges[:-1]), records.ticks[edges[1:]], records.velocity[edges[:-1]]
-
-
-def _interval_rates(records: CkRecords) -> np.ndarray:
-    """(n - 1, 3) rad/s, inertial: constant rates from each attitude to the next, along the shorter arc."""
-    q = records.quaternion
-    step = rotations.product(q[1:], rotations.conjugate(q[:-1]))
-    step = np.where(step[:, :1] < 0.0, -step, step)
-    size = np.sqrt((step[:, 1:] ** 2).sum(axis=1))
-    angle = 2.0 * np.arctan2(size, step[:, 0])
-    seconds = np.diff(records.ticks) / text_kernels.TICKS
-    scale = np.divide(angle, size, out=np.full_like(size, 2.0), where=size > 0.0)
-    return step[:, 1:] * (scale / seconds)[:, None]
 
 
 def _is_constant(segment: Samples) -> bool:

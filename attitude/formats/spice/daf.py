@@ -32,37 +32,33 @@ class Array(NamedTuple):
     values: np.ndarray
 
 
-def content(stream: BinaryIO, kind: bytes, source: str) -> bytes:
-    """Bytes of a file of this kind, to the end of its last record according to its own count.
+def content(stream: BinaryIO, kind: bytes, source: str) -> tuple[bytes, str]:
+    """Bytes of a file of this kind, to the end of its last record by its own count, and their order.
 
     Raises FormatError for any other file after reading only its first record.
     """
     data = stream.read(RECORD_BYTES)
     if data[:8] != kind.ljust(8):
         raise FormatError(f"does not begin with {kind.decode()}", source)
-    free = int(np.frombuffer(data, f"{_order(data, source)}i4", 1, 84)[0])  # first unused word
-    left = max(0, -(-8 * (free - 1) // RECORD_BYTES) - 1) * RECORD_BYTES
-    if not stream.seekable():
-        return data + bounded_read.from_pipe(stream, source)
-    data += stream.read(left)
-    if any(stream.read(RECORD_BYTES)):  # padding with zeros is allowed
-        raise FormatError("something after its end", source)
-    return data
-
-
-def _order(data: bytes, source: str) -> str:
     order = {b"LTL-IEEE": "<", b"BIG-IEEE": ">"}.get(data[88:96])
     if order is None or len(data) < RECORD_BYTES:
         raise FormatError("no DAF file record in IEEE numbers", source)
-    return order
+    free = int(np.frombuffer(data, f"{order}i4", 1, 84)[0])  # first unused word
+    left = max(0, -(-8 * (free - 1) // RECORD_BYTES) - 1) * RECORD_BYTES
+    if not stream.seekable():
+        return data + bounded_read.from_pipe(stream, source), order
+    data += stream.read(left)
+    if any(stream.read(RECORD_BYTES)):  # padding with zeros is allowed
+        raise FormatError("something after its end", source)
+    return data, order
 
 
-def arrays(data: bytes, nd: int, ni: int, source: str) -> list[Array]:
-    """All arrays of a file whose descriptors have nd doubles and ni integers.
+def arrays(stream: BinaryIO, kind: bytes, nd: int, ni: int, source: str) -> list[Array]:
+    """All arrays of a file of this kind, whose descriptors have nd doubles and ni integers.
 
     Raises FormatError for any other file, and for a damaged or truncated one.
     """
-    order = _order(data, source)
+    data, order = content(stream, kind, source)
     if b"FTPSTR" in data[600:RECORD_BYTES] and TRANSFER_TEST not in data[600:RECORD_BYTES]:
         raise FormatError("damaged by a transfer as text", source)
     doubles, integers = np.frombuffer(data, f"{order}i4", 2, 8).tolist()
