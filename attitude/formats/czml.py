@@ -85,8 +85,9 @@ def prepared(samples: Samples, options: CzmlOptions) -> Samples:
     """Transform samples to the Earth-fixed frame, in which Cesium interpolates."""
 
     def earth_fixed(first: int, last: int) -> EphemerisData:
+        piece = samples.chunk(first, last)
         try:
-            return in_frame(samples.chunk(first, last), "ITRF", options.ut1)
+            return in_frame(piece, "ITRF", options.ut1)
         except AttitudeError as error:
             raise FormatError(f"CZML is relative to the Earth-fixed frame ({error})") from None
 

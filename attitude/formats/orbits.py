@@ -83,9 +83,9 @@ def read_orbit(
         raise FormatError(f"no format of orbits; format is one of {known}, or the ending of {endings}", path)
     with file_errors(path):
         if name == "spk":
-            from .spice import spk
-
-            return spk.read_orbit(path, object_name)
+            module = import_module(f".{ORBIT_MODULES[name]}", __package__)
+            curve: OrbitCurve = module.read_orbit(path, object_name)
+            return curve
         with open(path, "rb") as stream:
             return parse_orbit(stream, path, name, object_name)
 

@@ -6,7 +6,7 @@ from astropy.time import Time, TimeDelta
 from scipy.spatial.transform import Rotation
 
 from attitude import AttitudeWarning, Ephemeris, FormatError, InputError, Scene
-from attitude.formats.ccsds.keywords import Columns
+from attitude.formats.ccsds.keywords import Keywords
 
 from .aem_oracles import orekit_acm
 
@@ -82,7 +82,7 @@ def test_others_read_what_is_written(tmp_path, peer, ending):
         assert (data.cov[0].cov_type, data.cov[0].cov_ref_frame) == ("ANGLE_ANGVEL", "SC_BODY_1")
         tensor = DOCUMENT["body"]["tensor"]
         if ending == ".acm":  # of XML, its own too, it reads no <phys>
-            xx, yy, zz, xy, xz, yz = (getattr(data.phys, name.lower()) for name in Columns.INERTIA)
+            xx, yy, zz, xy, xz, yz = (getattr(data.phys, name.lower()) for name in Keywords.INERTIA)
             tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     np.testing.assert_allclose(seconds, tumbler.elapsed, atol=1e-9)
     signs = np.sign((rows[:, :4] * tumbler.quaternion("xyzw")).sum(axis=1))

@@ -83,6 +83,13 @@ def test_dialect_holds_the_same_attitudes(text, tmp_path):
     assert back.frame == "EME2000"
 
 
+@pytest.mark.parametrize(("method", "intervals", "degree"), [("Lagrange", 5, 5), ("Hermite", 3, 7)])
+def test_number_of_samples_tells_the_degree_of_interpolation(method, intervals, degree, tmp_path):
+    keywords = f"InterpolationMethod {method}\nInterpolationSamplesM1 {intervals}"
+    back = read(tmp_path, PLAIN.replace("BEGIN Attitude", f"BEGIN Attitude\n{keywords}"))
+    assert back.interpolation.segments[0].method[:2] == (method.lower(), degree)
+
+
 # -- times ----------------------------------------------------------------------------------------
 
 # Of 2025-01-01T00:00:00 UTC, which is 37 s behind TAI, 69.184 s behind TT and 18 s behind GPS.

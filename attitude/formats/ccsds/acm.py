@@ -23,7 +23,7 @@ from ..text_reader import check_number, finite_number
 from .block_reader import Block, BlockReader, capitals
 from .conventions import RowConvention
 from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epochs, to_instants
-from .keywords import HEADER, VALUE, Columns, is_value
+from .keywords import HEADER, VALUE, Keywords, is_value
 from .ndm import NdmLine, Syntax, read_ndm
 
 SYNTAX = Syntax(
@@ -43,12 +43,12 @@ SYNTAX = Syntax(
     {"attLine": (), "covLine": ()},
 )
 DCM = tuple(f"DCM_{i}{j}" for j in (1, 2, 3) for i in (1, 2, 3))  # column by column (annex B4)
-ATTITUDES = {"QUATERNION": Columns.Q, "EULER_ANGLES": Columns.ANGLES, "DCM": DCM}
+ATTITUDES = {"QUATERNION": Keywords.Q, "EULER_ANGLES": Keywords.ANGLES, "DCM": DCM}
 RATES = {
     "NONE": (),
-    "ANGVEL": Columns.ANGVEL,
-    "Q_DOT": Columns.Q_DOT,
-    "EULER_RATE": Columns.ANGLES_DOT,
+    "ANGVEL": Keywords.ANGVEL,
+    "Q_DOT": Keywords.Q_DOT,
+    "EULER_RATE": Keywords.ANGLES_DOT,
     "GYRO_BIAS": ("GYRO_BIAS_X", "GYRO_BIAS_Y", "GYRO_BIAS_Z"),
 }
 
@@ -181,8 +181,8 @@ class _AcmReader(BlockReader):
                 q = schema.nearest_rotations(matrices, self.source)
             except InputError as error:
                 raise self.error(str(error), block.rows[int(error.steps[-1])].number) from None
-            used, numbers = Columns.Q + used[9:], np.concatenate([q[:, [1, 2, 3, 0]].T, numbers[9:]])
-        axes = self.euler_axes(block) if attitude is Columns.ANGLES else ""
+            used, numbers = Keywords.Q + used[9:], np.concatenate([q[:, [1, 2, 3, 0]].T, numbers[9:]])
+        axes = self.euler_axes(block) if attitude is Keywords.ANGLES else ""
         try:
             turned, rate = RowConvention(used, frame, is_a, True, axes).convert(np.ascontiguousarray(numbers))
         except RowError as error:

@@ -24,7 +24,7 @@ from ..date_text import one_date
 from ..interpolation_nodes import split_at_jumps
 from ..text_rows import texts
 from .acm import parse as parse
-from .keywords import Columns
+from .keywords import Keywords
 from .message_text import (
     MessageOptions,
     MessageText,
@@ -122,7 +122,7 @@ class History(NamedTuple):
     def attitudes(self) -> Iterator[bytes]:
         """ATT: a block for each segment, across which nothing is interpolated."""
         frame, body = rotations.check_any_frame(self.head.frame), self.options.body_frame
-        columns = Columns.Q + (Columns.ANGVEL if self.has_rate else ())
+        columns = Keywords.Q + (Keywords.ANGVEL if self.has_rate else ())
         for k, segment in enumerate(self.segments, start=1):
             pairs = [
                 ("COMMENT", f"Q1 Q2 Q3 QC, scalar last, turn axes of {frame} into those of {body}"),
@@ -153,7 +153,7 @@ class History(NamedTuple):
         if body is not None:
             frame = ("INERTIA_REF_FRAME", self.options.body_frame)
             elements = inertia_elements(np.asarray(body.tensor))
-            yield from self.block("PHYS", [frame, *zip(Columns.INERTIA, elements, strict=True)])
+            yield from self.block("PHYS", [frame, *zip(Keywords.INERTIA, elements, strict=True)])
 
     def variances(self) -> Iterator[bytes]:
         """COV: of the small rotation about the body's axes, deg2, and of the rate; the diagonal alone.

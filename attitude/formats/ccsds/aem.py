@@ -13,7 +13,7 @@ from ...samples.chunks import Samples
 from ..interpolant import Interpolant, higher_degrees, lagrange
 from ..interpolation_nodes import Nodes
 from .epochs import TIME_SYSTEMS
-from .keywords import ATTITUDE_TYPES, UNITS, Columns, frame_named
+from .keywords import ATTITUDE_TYPES, UNITS, Keywords, frame_named
 from .message_text import MessageOptions, MessageText, Pairs, registered_name, writes_rates
 from .reader import parse as parse
 from .rows import RowWriter, epoch_texts
@@ -87,7 +87,7 @@ def blocks(nodes: Nodes, options: AemOptions, syntax: str) -> Iterator[bytes]:
     quaternions = "QUATERNION/ANGVEL" if writes_rates(options.rates, head) else "QUATERNION"
     attitude_type = options.attitude_type or quaternions
     kind = ATTITUDE_TYPES[attitude_type]
-    if (kind.rate or kind.attitude is Columns.SPIN) and not head.has_rate:
+    if (kind.rate or kind.attitude is Keywords.SPIN) and not head.has_rate:
         raise InputError("attitude_type", attitude_type, "QUATERNION or EULER_ANGLE: there are no rates")
     name = options.name_of(head.name)
     return AemContent(nodes, options, frame, time_system, attitude_type, name).blocks(syntax == "xml")
@@ -106,7 +106,7 @@ class AemContent(NamedTuple):
     @property
     def has_rate(self) -> bool:
         """Whether rows have an angular velocity beside the attitude."""
-        return ATTITUDE_TYPES[self.attitude_type].rate is Columns.ANGVEL
+        return ATTITUDE_TYPES[self.attitude_type].rate is Keywords.ANGVEL
 
     def blocks(self, is_xml: bool) -> Iterator[bytes]:
         """The file."""
@@ -132,7 +132,7 @@ class AemContent(NamedTuple):
         for element, names in (("quaternion", kind.attitude), ("angVel", kind.rate)):
             units = [f' units="{UNITS[name]}"' if name in UNITS else "" for name in names]
             values = "".join(f"<{name}{unit}>%s</{name}>\n" for name, unit in zip(names, units, strict=True))
-            is_group = kind.attitude is Columns.Q and names
+            is_group = kind.attitude is Keywords.Q and names
             content += f"<{element}>\n{values}</{element}>\n" if is_group else values
         state = kind.elements[0]
         return f"<attitudeState>\n<{state}>\n{content}</{state}>\n</attitudeState>\n".encode()

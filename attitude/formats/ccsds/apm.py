@@ -18,7 +18,7 @@ from ..date_text import one_date
 from .block_reader import Block, BlockReader, capitals
 from .conventions import RowConvention
 from .epochs import RowError
-from .keywords import HEADER, Columns, frame_named
+from .keywords import HEADER, Keywords, frame_named
 from .ndm import NdmLine, Syntax, read_ndm
 
 SYNTAX = Syntax(
@@ -40,12 +40,12 @@ SYNTAX = Syntax(
 )
 METADATA = {*HEADER, "OBJECT_NAME", "OBJECT_ID", "CENTER_NAME", "TIME_SYSTEM", "EPOCH"}
 KEYWORDS = {
-    "QUAT": {"REF_FRAME_A", "REF_FRAME_B", *Columns.Q, *Columns.Q_DOT},
-    "EULER": {"REF_FRAME_A", "REF_FRAME_B", "EULER_ROT_SEQ", *Columns.ANGLES, *Columns.ANGLES_DOT},
-    "SPIN": {"REF_FRAME_A", "REF_FRAME_B", *Columns.SPIN, *Columns.NUTATION, *Columns.MOMENTUM},
-    "ANGVEL": {"REF_FRAME_A", "REF_FRAME_B", "ANGVEL_FRAME", *Columns.ANGVEL},
-    "INERTIA": {"INERTIA_REF_FRAME", *Columns.INERTIA},
-    "MAN": {"MAN_EPOCH_START", "MAN_DURATION", "MAN_REF_FRAME", *Columns.TORQUE, "MAN_DELTA_MASS"},
+    "QUAT": {"REF_FRAME_A", "REF_FRAME_B", *Keywords.Q, *Keywords.Q_DOT},
+    "EULER": {"REF_FRAME_A", "REF_FRAME_B", "EULER_ROT_SEQ", *Keywords.ANGLES, *Keywords.ANGLES_DOT},
+    "SPIN": {"REF_FRAME_A", "REF_FRAME_B", *Keywords.SPIN, *Keywords.NUTATION, *Keywords.MOMENTUM},
+    "ANGVEL": {"REF_FRAME_A", "REF_FRAME_B", "ANGVEL_FRAME", *Keywords.ANGVEL},
+    "INERTIA": {"INERTIA_REF_FRAME", *Keywords.INERTIA},
+    "MAN": {"MAN_EPOCH_START", "MAN_DURATION", "MAN_REF_FRAME", *Keywords.TORQUE, "MAN_DELTA_MASS"},
 }
 # Of version 1: the block of a keyword, and its name in version 2.
 FIRST_VERSION = {
@@ -54,16 +54,16 @@ FIRST_VERSION = {
         for prefix, block in (("Q", "QUAT"), ("EULER", "EULER"), ("SPIN", "SPIN"))
         for old, name in (("FRAME_A", "REF_FRAME_A"), ("FRAME_B", "REF_FRAME_B"), ("DIR", "DIR"))
     },
-    **{name: ("QUAT", name) for name in (*Columns.Q, *Columns.Q_DOT)},
+    **{name: ("QUAT", name) for name in (*Keywords.Q, *Keywords.Q_DOT)},
     **{name: ("EULER", name) for name in ("EULER_ROT_SEQ", "RATE_FRAME")},
-    **{name: ("SPIN", name) for name in (*Columns.SPIN, *Columns.NUTATION)},
+    **{name: ("SPIN", name) for name in (*Keywords.SPIN, *Keywords.NUTATION)},
     "INERTIA_REF_FRAME": ("INERTIA", "INERTIA_REF_FRAME"),
     **{
         f"I{axes}": ("INERTIA", name)
-        for axes, name in zip((11, 22, 33, 12, 13, 23), Columns.INERTIA, strict=True)
+        for axes, name in zip((11, 22, 33, 12, 13, 23), Keywords.INERTIA, strict=True)
     },
     **{name: ("MAN", name) for name in ("MAN_EPOCH_START", "MAN_DURATION", "MAN_REF_FRAME")},
-    **{f"MAN_TOR_{i}": ("MAN", name) for i, name in enumerate(Columns.TORQUE, start=1)},
+    **{f"MAN_TOR_{i}": ("MAN", name) for i, name in enumerate(Keywords.TORQUE, start=1)},
 }
 MAX_DISAGREEMENT = 1e-2  # rad, and of a rate: of blocks that state the same in few digits
 
@@ -142,7 +142,7 @@ class _Message(BlockReader):
         block, name = FIRST_VERSION.get(line.keyword, ("", ""))
         turn = re.fullmatch(r"[XYZ]_(ANGLE|RATE)|rotation[123]", line.keyword)
         if turn:
-            block, names = "EULER", (*Columns.ANGLES, *Columns.ANGLES_DOT)
+            block, names = "EULER", (*Keywords.ANGLES, *Keywords.ANGLES_DOT)
             self.angles = 3 if turn[1] == "RATE" and self.angles < 3 else self.angles
             if self.angles > 5:
                 raise self.error("more than three angles and rates", line.number)
@@ -229,9 +229,9 @@ class _Message(BlockReader):
             raise self.error(f"{direction[:20]!r} is neither A2B nor B2A", block.fields["DIR"].number)
         is_to_body = is_a == (direction == "A2B")
         attitude, *rates = {
-            "QUAT": (Columns.Q, Columns.Q_DOT),
-            "EULER": (Columns.ANGLES, Columns.ANGLES_DOT),
-            "SPIN": (Columns.SPIN, Columns.MOMENTUM, Columns.NUTATION),
+            "QUAT": (Keywords.Q, Keywords.Q_DOT),
+            "EULER": (Keywords.ANGLES, Keywords.ANGLES_DOT),
+            "SPIN": (Keywords.SPIN, Keywords.MOMENTUM, Keywords.NUTATION),
         }[block.name]
         stated = (names for names in rates if any(name in block.fields for name in names))
         columns = attitude + next(stated, ())
@@ -249,7 +249,7 @@ class _Message(BlockReader):
     def _angular_velocity(self, block: Block, state: StatedAttitude) -> np.ndarray:
         """(3,) rad/s of the body relative to the external frame, along the body's axes."""
         _, is_a = self._frames_agreed(block)
-        rate = np.deg2rad([self.number(block, name) for name in Columns.ANGVEL])
+        rate = np.deg2rad([self.number(block, name) for name in Keywords.ANGVEL])
         line = block.fields.get("ANGVEL_FRAME")
         name = "" if line is None else capitals(line)
         if name not in (self.body, "REF_FRAME_A", "REF_FRAME_B") and frame_named(name) != self.external:
@@ -285,7 +285,7 @@ class _Message(BlockReader):
             epochs = self.fields["EPOCH"], line
             start = float(self.instants(self.fields["TIME_SYSTEM"], epochs).seconds[1])
             duration = self.number(block, "MAN_DURATION")
-            torque = np.array([self.number(block, name) for name in Columns.TORQUE])
+            torque = np.array([self.number(block, name) for name in Keywords.TORQUE])
             if duration < 0.0:
                 raise self.error(f"MAN_DURATION is {duration!r} s", block.fields["MAN_DURATION"].number)
             if "MAN_DELTA_MASS" in block.fields:

@@ -13,7 +13,7 @@ from ... import units
 from ...errors import FormatError, InputError
 from ..date_text import one_date
 from .epochs import TIME_SYSTEMS
-from .keywords import Columns
+from .keywords import Keywords
 from .message_text import MessageOptions, MessageText, Pairs, inertia_elements, numbers, registered_name
 
 
@@ -98,7 +98,7 @@ def apm_text(state: ApmState, options: ApmOptions) -> str:
     before, between, after = text.segment
     parts = [text.head(options.header()), before, text.lines(metadata), between, text.lines(data)]
     for block, element, pairs in _blocks(state, options):
-        q = [pair for pair in pairs if text.is_xml and pair[0] in Columns.Q]  # in an element of their own
+        q = [pair for pair in pairs if text.is_xml and pair[0] in Keywords.Q]  # in an element of their own
         parts += [text.begin(block, element), text.lines([pair for pair in pairs if pair not in q])]
         parts += [
             f"<quaternion>\n{text.lines(q)}</quaternion>\n" if q else "",
@@ -117,13 +117,18 @@ def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, str, Pairs]
         rate = np.rad2deg(state.rate)
     if not np.isfinite(rate).all():
         raise FormatError("a rate that overflows a double in deg/s")
-    inertia = zip(Columns.INERTIA, inertia_elements(state.tensor), strict=True)
+    rates = zip(Keywords.ANGVEL, numbers(rate), strict=True)
+    inertia = zip(Keywords.INERTIA, inertia_elements(state.tensor), strict=True)
     blocks = [
-        ("QUAT", "quaternionState", [*frames, *zip(Columns.Q, numbers([*xyz, w]), strict=True)]),
+        ("QUAT", "quaternionState", [*frames, *zip(Keywords.Q, numbers([*xyz, w]), strict=True)]),
         (
             "ANGVEL",
             "angularVelocity",
-            [*frames, ("ANGVEL_FRAME", options.body_frame), *zip(Columns.ANGVEL, numbers(rate), strict=True)],
+            [
+                *frames,
+                ("ANGVEL_FRAME", options.body_frame),
+                *zip(Keywords.ANGVEL, numbers(rate), strict=True),
+            ],
         ),
         ("INERTIA", "inertia", [("INERTIA_REF_FRAME", options.body_frame), *inertia]),
     ]
@@ -134,7 +139,7 @@ def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, str, Pairs]
             ("MAN_EPOCH_START", one_date(start)),
             ("MAN_DURATION", numbers([torque.duration])[0]),
             ("MAN_REF_FRAME", axes),
-            *zip(Columns.TORQUE, numbers(torque.torque), strict=True),
+            *zip(Keywords.TORQUE, numbers(torque.torque), strict=True),
         ]
         blocks.append(("MAN", "maneuverParameters", pairs))
     return blocks

@@ -14,7 +14,7 @@ from ...times.instants import Instants
 from ..text_reader import TextReader, finite_number
 from .conventions import euler_axes
 from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
-from .keywords import UNITS, Columns, frame_named
+from .keywords import UNITS, Keywords, frame_named
 from .ndm import NdmLine
 
 
@@ -50,7 +50,7 @@ class BlockReader(TextReader):
 
     def tensor(self, block: Block) -> list[list[float]]:
         """The inertia tensor (3, 3), kg m2; products of inertia are its elements."""
-        xx, yy, zz, xy, xz, yz = (self.number(block, name) for name in Columns.INERTIA)
+        xx, yy, zz, xy, xz, yz = (self.number(block, name) for name in Keywords.INERTIA)
         return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
     def rigid_body(self, block: Block) -> RigidBody:

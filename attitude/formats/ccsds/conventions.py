@@ -17,7 +17,7 @@ from ...errors import InputError, note
 from ...frames import rotations
 from ..schema import MAX_OFF_UNIT_IN_FILES, MAX_RATE
 from .epochs import RowError
-from .keywords import ATTITUDE_TYPES, Columns, KeywordBlock, frame_named
+from .keywords import ATTITUDE_TYPES, KeywordBlock, Keywords, frame_named
 from .spin import attitude_and_rate
 
 
@@ -68,7 +68,7 @@ class RowConvention:
         if "ANGVEL_X" not in columns:
             return q, None
         # the file has the rate of the frame turned to, relative to the one turned from
-        rate = np.deg2rad(np.stack([columns[name] for name in Columns.ANGVEL]))
+        rate = np.deg2rad(np.stack([columns[name] for name in Keywords.ANGVEL]))
         rate = rate if self.is_inertial_to_body else -rate
         if not self.has_body_rates:
             with np.errstate(over="ignore", invalid="ignore"):
@@ -79,7 +79,7 @@ class RowConvention:
         """Quaternion q_1 * q_2 * q_3, intrinsic, and its derivative if the angles have one (product rule)."""
         q, derivative = np.zeros((len(columns["ANGLE_1"]), 4)), None
         q[:, 0] = 1.0
-        for axis, name in zip(self.axes, Columns.ANGLES, strict=True):
+        for axis, name in zip(self.axes, Keywords.ANGLES, strict=True):
             half, speed = 0.5 * np.deg2rad(columns[name]), columns.get(f"{name}_DOT")
             turn = np.zeros_like(q)
             turn[:, 0], turn[:, 1 + "XYZ".index(axis)] = np.cos(half), np.sin(half)
@@ -110,18 +110,18 @@ def row_convention(fields: KeywordBlock) -> RowConvention:
         raise fields.error("ATTITUDE_TYPE", reason)
     frame, is_frame_a = _external_frame(fields)
     has_body_rates = True
-    if kind.rate is Columns.ANGVEL:
+    if kind.rate is Keywords.ANGVEL:
         has_body_rates = _rate_frame(fields) != ("REF_FRAME_A" if is_frame_a else "REF_FRAME_B")
     columns = kind.attitude + kind.rate
-    if fields.version == "1.0" and kind.attitude is Columns.Q:
+    if fields.version == "1.0" and kind.attitude is Keywords.Q:
         position = fields.get("QUATERNION_TYPE")
         if position not in ("FIRST", "LAST"):
             raise fields.error("QUATERNION_TYPE", "FIRST or LAST belongs here, the position of QC")
         if position == "FIRST":
-            rate = (kind.rate[3], *kind.rate[:3]) if kind.rate is Columns.Q_DOT else kind.rate
+            rate = (kind.rate[3], *kind.rate[:3]) if kind.rate is Keywords.Q_DOT else kind.rate
             columns = ("QC", "Q1", "Q2", "Q3", *rate)
     axes = ""
-    if kind.attitude is Columns.ANGLES:
+    if kind.attitude is Keywords.ANGLES:
         try:
             axes = euler_axes(fields.get("EULER_ROT_SEQ"))
         except InputError as error:
@@ -130,7 +130,7 @@ def row_convention(fields: KeywordBlock) -> RowConvention:
     if direction not in ("A2B", "B2A"):
         raise fields.error("ATTITUDE_DIR", "neither A2B nor B2A")
     is_a_to_b = direction == "A2B"
-    if kind.attitude is Columns.SPIN and not (is_frame_a and is_a_to_b):
+    if kind.attitude is Keywords.SPIN and not (is_frame_a and is_a_to_b):
         raise fields.error("REF_FRAME_A", "a spin is relative to frame A, and frame B is the body's")
     return RowConvention(columns, frame, is_frame_a == is_a_to_b, has_body_rates, axes)
 

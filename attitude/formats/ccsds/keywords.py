@@ -74,7 +74,7 @@ METADATA = {
 }
 
 
-class Columns:
+class Keywords:
     """Keywords of the numbers that state an attitude, a rate, an inertia or a torque, in their order."""
 
     Q = ("Q1", "Q2", "Q3", "QC")
@@ -90,14 +90,14 @@ class Columns:
 
 
 UNITS = {
-    **dict.fromkeys(Columns.Q_DOT, "1/s"),
-    **dict.fromkeys(Columns.ANGLES, "deg"),
-    **dict.fromkeys((*Columns.ANGVEL, *Columns.ANGLES_DOT), "deg/s"),
-    **dict.fromkeys((*Columns.SPIN[:3], "NUTATION", "NUTATION_PHASE", *Columns.MOMENTUM[:2]), "deg"),
+    **dict.fromkeys(Keywords.Q_DOT, "1/s"),
+    **dict.fromkeys(Keywords.ANGLES, "deg"),
+    **dict.fromkeys((*Keywords.ANGVEL, *Keywords.ANGLES_DOT), "deg/s"),
+    **dict.fromkeys((*Keywords.SPIN[:3], "NUTATION", "NUTATION_PHASE", *Keywords.MOMENTUM[:2]), "deg"),
     **dict.fromkeys(("SPIN_ANGLE_VEL", "NUTATION_VEL"), "deg/s"),
     "NUTATION_PER": "s",
-    **dict.fromkeys(Columns.INERTIA, "kg*m**2"),
-    **dict.fromkeys(Columns.TORQUE, "N*m"),
+    **dict.fromkeys(Keywords.INERTIA, "kg*m**2"),
+    **dict.fromkeys(Keywords.TORQUE, "N*m"),
     "MAN_DURATION": "s",
     "MAN_DELTA_MASS": "kg",
 }
@@ -113,27 +113,29 @@ class AttitudeType(NamedTuple):
 
 
 ATTITUDE_TYPES = {
-    "QUATERNION": AttitudeType(Columns.Q, (), ("quaternionEphemeris", "quaternionState", "quaternion")),
+    "QUATERNION": AttitudeType(Keywords.Q, (), ("quaternionEphemeris", "quaternionState", "quaternion")),
     "QUATERNION/DERIVATIVE": AttitudeType(
-        Columns.Q, Columns.Q_DOT, ("quaternionDerivative", "quaternion", "quaternionDot", "quaternionRate")
+        Keywords.Q, Keywords.Q_DOT, ("quaternionDerivative", "quaternion", "quaternionDot", "quaternionRate")
     ),
     "QUATERNION/ANGVEL": AttitudeType(
-        Columns.Q, Columns.ANGVEL, ("quaternionAngVel", "quaternion", "angVel"), "2.0"
+        Keywords.Q, Keywords.ANGVEL, ("quaternionAngVel", "quaternion", "angVel"), "2.0"
     ),
     "QUATERNION/RATE": AttitudeType(
-        Columns.Q, Columns.ANGVEL, ("quaternionEulerRate", "quaternion", "rotationRates"), "1.0"
+        Keywords.Q, Keywords.ANGVEL, ("quaternionEulerRate", "quaternion", "rotationRates"), "1.0"
     ),
-    "EULER_ANGLE": AttitudeType(Columns.ANGLES, (), ("eulerAngle", "rotationAngles")),
+    "EULER_ANGLE": AttitudeType(Keywords.ANGLES, (), ("eulerAngle", "rotationAngles")),
     "EULER_ANGLE/RATE": AttitudeType(
-        Columns.ANGLES, Columns.ANGLES_DOT, ("eulerAngleRate", "rotationAngles", "rotationRates"), "1.0"
+        Keywords.ANGLES, Keywords.ANGLES_DOT, ("eulerAngleRate", "rotationAngles", "rotationRates"), "1.0"
     ),
     "EULER_ANGLE/DERIVATIVE": AttitudeType(
-        Columns.ANGLES, Columns.ANGLES_DOT, ("eulerAngleDerivative",), "2.0"
+        Keywords.ANGLES, Keywords.ANGLES_DOT, ("eulerAngleDerivative",), "2.0"
     ),
-    "EULER_ANGLE/ANGVEL": AttitudeType(Columns.ANGLES, Columns.ANGVEL, ("eulerAngleAngVel", "angVel"), "2.0"),
-    "SPIN": AttitudeType(Columns.SPIN, (), ("spin",)),
-    "SPIN/NUTATION": AttitudeType(Columns.SPIN, Columns.NUTATION, ("spinNutation",)),
-    "SPIN/NUTATION_MOM": AttitudeType(Columns.SPIN, Columns.MOMENTUM, ("spinNutationMom",)),
+    "EULER_ANGLE/ANGVEL": AttitudeType(
+        Keywords.ANGLES, Keywords.ANGVEL, ("eulerAngleAngVel", "angVel"), "2.0"
+    ),
+    "SPIN": AttitudeType(Keywords.SPIN, (), ("spin",)),
+    "SPIN/NUTATION": AttitudeType(Keywords.SPIN, Keywords.NUTATION, ("spinNutation",)),
+    "SPIN/NUTATION_MOM": AttitudeType(Keywords.SPIN, Keywords.MOMENTUM, ("spinNutationMom",)),
 }
 
 

@@ -18,7 +18,7 @@ from ..text_reader import finite_number
 from ..text_rows import texts
 from . import spin
 from .epochs import EPOCH, RowError, Timestamps, parse_epochs
-from .keywords import ATTITUDE_TYPES, Columns
+from .keywords import ATTITUDE_TYPES, Keywords
 
 
 class RowWriter:
@@ -65,11 +65,11 @@ class RowWriter:
 
     def _numbers(self, piece: EphemerisData) -> np.ndarray:
         """(number_count, n) of the rows."""
-        if self.kind.attitude is Columns.SPIN:
+        if self.kind.attitude is Keywords.SPIN:
             return spin.numbers(piece, self.kind.rate)
         columns = np.empty((self.number_count, len(piece)))
         count = len(self.kind.attitude)
-        if self.kind.attitude is Columns.ANGLES:
+        if self.kind.attitude is Keywords.ANGLES:
             columns[:count] = rotations.euler_angles(piece.quaternion("wxyz"), self.sequence).T
             np.rad2deg(columns[:count], out=columns[:count])
         else:

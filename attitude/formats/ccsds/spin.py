@@ -24,12 +24,12 @@ from ...errors import FormatError
 from ...frames import rotations
 from ...samples.ephemeris_data import EphemerisData
 from .epochs import RowError
-from .keywords import Columns
+from .keywords import Keywords
 
 
 def attitude_and_rate(columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Quaternions (4, n) wxyz, body to external frame, and body rates (3, n), rad/s; columns in deg and s."""
-    alpha, delta, angle, speed = (np.deg2rad(columns[name]) for name in Columns.SPIN)
+    alpha, delta, angle, speed = (np.deg2rad(columns[name]) for name in Keywords.SPIN)
     angles = np.stack([alpha + 0.5 * np.pi, 0.5 * np.pi - delta, angle], axis=1)
     q = rotations.from_euler("ZXZ", angles)
     rate = np.zeros((len(q), 3))
@@ -72,7 +72,7 @@ def numbers(piece: EphemerisData, kind: tuple[str, ...]) -> np.ndarray:
     off = np.hypot(rate[:, 0] - precession * x, rate[:, 1] - precession * y)
     _refuse_other_rates(rate, off, "SPIN/NUTATION, which is of bodies symmetric about z")
     columns.append(rate[:, 2] - precession * z)
-    if kind is Columns.NUTATION:
+    if kind is Keywords.NUTATION:
         period = 2.0 * np.pi / np.where(precession > 0.0, precession, np.inf)  # 0 without nutation
         nutation, phase = np.arctan2(np.sqrt(across), z), np.arctan2(-y, x)
         nutation = np.where(precession > 0.0, nutation, 0.0)
