@@ -121,15 +121,7 @@ def _blocks(state: ApmState, options: ApmOptions) -> list[tuple[str, str, Pairs]
     inertia = zip(Keywords.INERTIA, inertia_elements(state.tensor), strict=True)
     blocks = [
         ("QUAT", "quaternionState", [*frames, *zip(Keywords.Q, numbers([*xyz, w]), strict=True)]),
-        (
-            "ANGVEL",
-            "angularVelocity",
-            [
-                *frames,
-                ("ANGVEL_FRAME", options.body_frame),
-                *zip(Keywords.ANGVEL, numbers(rate), strict=True),
-            ],
-        ),
+        ("ANGVEL", "angularVelocity", [*frames, ("ANGVEL_FRAME", options.body_frame), *rates]),
         ("INERTIA", "inertia", [("INERTIA_REF_FRAME", options.body_frame), *inertia]),
     ]
     for torque in state.manoeuvres:
