@@ -201,7 +201,7 @@ USEABLE = oem(
             "orbit.oem",
             "INTERPOLATION_DEGREE = 20000: not a whole number from 1 to 31",
         ),
-        ({"stk": stk(ROWS, InterpolationOrder="20000")}, "orbit.stk", "degree 20000: at most 31"),
+        ({"stk": stk(ROWS, InterpolationOrder="20000")}, "orbit.stk", "InterpolationOrder 20000: at most 31"),
         ({"stk": stk(ROWS, InterpolationSamplesM1="900000000")}, "orbit.stk", "at most 31 is read"),
         ({"stk": stk(ROWS, CoordinateSystem="MeanOfDate")}, "orbit.stk", "ICRF and J2000 are read"),
         ({"stk": stk(ROWS).replace("END Ephemeris", "")}, "orbit.stk", "ends before END"),
