@@ -37,13 +37,14 @@ from importlib import import_module
 from pathlib import Path
 from time import perf_counter
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 from ..errors import FormatError, InputError, file_errors, noted, suggestion
 from ..runtime.atomic_files import STANDARD_STREAM as STANDARD_STREAM
 from ..runtime.atomic_files import write_together
 from ..runtime.atomic_files import write_whole as write_whole
 from ..samples.chunks import Progress, Samples
+from ..samples.ephemeris_data import EphemerisData
 from ..samples.joining import joined
 from ..samples.provenance import FROM_A_FILE, Plan
 from ..samples.resampling import in_own_frame, with_interpolation
@@ -52,9 +53,6 @@ from .interpolation_nodes import Written
 from .registry import BY_ENDING, FORMATS, READ_ONLY
 from .registry import Format as Format
 from .schema import is_utf8
-
-if TYPE_CHECKING:
-    from ..samples.ephemeris_data import EphemerisData
 
 
 def write(

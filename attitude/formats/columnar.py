@@ -6,7 +6,7 @@ A datetime64, or an Arrow timestamp, cannot be at a leap second; UTC would be wr
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from astropy.time import Time
@@ -15,11 +15,9 @@ from ..errors import FormatError
 from ..pointing import vector_columns
 from ..runtime import compiled
 from ..samples.chunks import Samples
+from ..samples.ephemeris_data import EphemerisData
 from ..times.instants import Instants
 from . import schema
-
-if TYPE_CHECKING:
-    from ..samples.ephemeris_data import EphemerisData
 
 TIME_TAI = "time_tai"
 MEANING = "TAI, nanoseconds since 1970-01-01T00:00:00 TAI"

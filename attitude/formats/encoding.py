@@ -8,17 +8,15 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ..errors import FormatError, InputError
 from ..samples.chunks import CHUNK_INSTANTS, Samples
+from ..samples.ephemeris_data import EphemerisData
 from . import Encoded, check_options, encode, interpolation_nodes, module_of, options_of
 from .binary import Sink
 from .registry import FORMATS, Format
 from .tables import json as columnar_json
-
-if TYPE_CHECKING:
-    from ..samples.ephemeris_data import EphemerisData
 
 BLOCK_BYTES = 1 << 21  # of what is sent, at least
 

@@ -7,7 +7,7 @@ hermite    the same, with the derivatives at the nodes
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,10 +15,8 @@ from ..errors import InputError
 from ..frames import rotations
 from ..runtime import compiled
 from ..runtime.threads import processors, ranges, run
+from ..samples.ephemeris_data import EphemerisData
 from ..samples.interpolation import hermite_components
-
-if TYPE_CHECKING:
-    from ..samples.ephemeris_data import EphemerisData
 
 # Errors are evaluated at these fractions of every interval.  They are zero at its ends and, between, the
 # nodal polynomial (squared, for Hermite's) times a smooth factor.  For factors linear in time, in every

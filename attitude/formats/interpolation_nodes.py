@@ -7,20 +7,18 @@ from collections.abc import Callable, Mapping
 from decimal import ROUND_CEILING, Context
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import stopping, units
 from ..errors import FormatError, InputError
 from ..samples.chunks import Samples
+from ..samples.ephemeris_data import EphemerisData
 from ..samples.resampling import SEGMENT_EVENTS
 from ..times.instants import Grid, Instants
 from .interpolant import FRACTIONS as FRACTIONS
 from .interpolant import Interpolant as Interpolant
-
-if TYPE_CHECKING:
-    from ..samples.ephemeris_data import EphemerisData
 
 MOST_NODES = 100_000_000  # in a file
 # Fractions of a span, increasing, with both ends, at which windows begin in which a spacing is tried before

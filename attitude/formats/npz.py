@@ -10,7 +10,7 @@ import io
 import zipfile
 from collections.abc import Iterator
 from math import prod
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 import orjson
@@ -18,11 +18,9 @@ from numpy.lib import format as npy
 
 from ..errors import FormatError, library_errors
 from ..samples.chunks import Samples
+from ..samples.ephemeris_data import EphemerisData
 from . import columnar, schema
 from .binary import Sink, refuse_inflated, seekable
-
-if TYPE_CHECKING:
-    from ..samples.ephemeris_data import EphemerisData
 
 METADATA = "metadata"
 MAX_HEADER_BYTES = 1 << 12  # of an array

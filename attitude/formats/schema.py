@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import erfa
 import numpy as np
@@ -24,17 +25,13 @@ from ..pointing.vector_columns import (
 )
 from ..rigid_body.body import RigidBody
 from ..samples import event_records
+from ..samples.chunks import Samples
 from ..samples.ephemeris_data import EphemerisData, convention
 from ..samples.translation import Translation
 from ..times import leap_seconds
 from ..times.instants import Instants, check_epoch
 from .date_text import dates, iso_text, one_date
 from .text_rows import texts
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
-
-    from ..samples.chunks import Samples
 
 KIND = "attitude-ephemeris/1"
 ELAPSED, REST, TIME = "elapsed_s", "elapsed_rest_s", "time"

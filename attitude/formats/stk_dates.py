@@ -5,16 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from datetime import date, timedelta
-from typing import TYPE_CHECKING
 
-from astropy.time import TimeDelta
+from astropy.time import Time, TimeDelta
 
 from ..errors import FormatError
 from ..times.iso8601 import MONTHS, parse_times
 from .date_text import one_date
-
-if TYPE_CHECKING:
-    from astropy.time import Time
 
 # Formats of times since the scenario's epoch: seconds in one of their units.
 ELAPSED = {"epsec": 1.0, "epmin": 60.0, "ephr": 3600.0, "epday": 86400.0}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from astropy.time import Time
 
 from ..errors import AttitudeError, InputError, suggestion
 from ..samples.interpolation import MAX_STATED_DEGREE, InterpolationMethod
@@ -15,9 +15,6 @@ from ..times.iso8601 import parse_time
 from . import stk_dates
 from .stk_dates import DATES, ELAPSED, iso_date
 from .text_reader import TextReader
-
-if TYPE_CHECKING:
-    from astropy.time import Time
 
 VERSION_FORM = r"stk\.v\.\d+\.\d+(?:\.\d+)*"
 # Keywords and the form of their values, which are checked even where they are not used.

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
 from pyarrow import ipc
 
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from ..binary import seekable
 from . import record_batches
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:

@@ -6,7 +6,7 @@ The schema, with astropy's own metadata, is that of the first row's table; each 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
@@ -18,12 +18,10 @@ from astropy.utils.data_info import serialize_context_as
 from ...errors import FormatError, library_errors
 from ...pointing import vector_columns
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from .. import schema
 from ..binary import Sink, refuse_inflated, seekable
 from ..tables.qtable import CELLS, refuse_unfolding, to_table
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 ASTROPY_METADATA = "table_meta_yaml"  # the key of astropy's metadata in the Arrow schema's
 SCALARS = {"elapsed": schema.ELAPSED, "elapsed_rest": schema.REST}

@@ -6,19 +6,17 @@ Arrays are stored by component, so that a batch holds them without a copy.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import orjson
 import pyarrow as pa
 
 from ...errors import FormatError, library_errors
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from .. import columnar, schema
 from ..binary import Sink, refuse_trailing
 from ..text_rows import array
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 METADATA = b"attitude"  # the key of our metadata, as JSON, in the Arrow schema's
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
+from ...samples.ephemeris_data import EphemerisData
 from .. import line_blocks
 from ..text_reader import TextReader
 from .message import MessageReader
 from .segment import Segment
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 
 def read_kvn(stream: BinaryIO, source: str, segment: int | None) -> EphemerisData:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import io
 import re
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 from ...errors import FormatError
+from ...samples.ephemeris_data import EphemerisData
 from ..text_reader import check_number
 from . import acm
 from .kvn_reader import read_kvn
 from .xml_reader import read_xml
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 FIRST_BYTES = 1 << 12  # which tell KVN from XML
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
 from ...errors import FormatError
+from ...samples.ephemeris_data import EphemerisData
 from .expat_reader import MAX_TEXT_BYTES, ExpatReader
 from .keywords import UNITS, KeywordBlock
 from .message import MessageReader
 from .segment import Segment
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 CHUNK_BYTES = 1 << 22
 MAX_DEPTH = 8  # elements within each other

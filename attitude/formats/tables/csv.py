@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 import orjson
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from .. import schema, text_rows
 from .row_reader import RowReader
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 METADATA_PREFIX = b"# metadata: "
 

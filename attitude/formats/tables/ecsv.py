@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 import orjson
@@ -13,11 +13,9 @@ from astropy.table import QTable
 
 from ...errors import FormatError, library_errors
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from .. import bounded_read, text_rows
 from .qtable import cells, from_table, refuse_unfolding, to_table
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 
 def blocks(samples: Samples) -> Iterator[bytes]:

@@ -11,7 +11,7 @@ import re
 import warnings
 from collections.abc import Iterator
 from math import prod
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from astropy import units as u
@@ -20,11 +20,9 @@ from astropy.table import QTable
 
 from ...errors import FormatError, library_errors
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from ..binary import refuse_trailing
 from .qtable import CELLS, cells, from_table, to_table
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 BLOCK_BYTES = 2880  # headers and data fill whole blocks
 METADATA = "ATTITUDE"

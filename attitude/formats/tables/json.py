@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, Literal, NotRequired
+from typing import Annotated, Any, BinaryIO, Literal, NotRequired
 
 import numpy as np
 import orjson
@@ -13,12 +13,10 @@ from typing_extensions import TypedDict
 
 from ...errors import FormatError
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
+from ...samples.provenance import Plan
 from ...version import __version__
 from .. import bounded_read, schema
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
-    from ...samples.provenance import Plan
 
 ROWS_PER_DUMP = 1 << 12  # orjson holds the interpreter's lock: other threads wait for the end of a dump
 

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 import orjson
 
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from .. import schema, text_rows
 from .row_reader import RowReader
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 NOT_PUNCTUATION = bytes(set(range(256)) - set(b'{}:,"\n'))
 

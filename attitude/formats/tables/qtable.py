@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from astropy import units as u
@@ -12,11 +12,8 @@ from astropy.time import Time
 from ...errors import FormatError, InputError, shown
 from ...pointing import vector_columns
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from .. import schema
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
-
 
 # Columns of a table: the last dimensions of a cell, and the unit.
 CELLS: dict[str, tuple[tuple[int, ...], u.UnitBase | None]] = {

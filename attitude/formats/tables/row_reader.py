@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ...errors import FormatError
+from ...samples.ephemeris_data import EphemerisData
 from .. import line_blocks, schema
 from ..text_reader import TextReader
-
-if TYPE_CHECKING:
-    from ...samples.ephemeris_data import EphemerisData
 
 
 class RowReader(TextReader, ABC):

@@ -13,13 +13,12 @@ from ...pointing import vector_columns
 from ...pointing.columns import COVARIANCES, ELEMENTS, VectorColumn
 from ...runtime.optional_imports import needed
 from ...samples.chunks import Samples
+from ...samples.ephemeris_data import EphemerisData
 from .. import columnar, schema
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-    from ...samples.ephemeris_data import EphemerisData
 
 # Axes along which the components of a Dataset's variables are; the frame's where they are not named.
 AXES = {"quaternion": "body to inertial"} | dict.fromkeys(("angular_velocity", *COVARIANCES), "body axes")
