@@ -9,16 +9,15 @@ import pytest
 from astropy.time import Time
 from scipy.spatial.transform import Rotation
 
-from attitude import Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
+from attitude import Ephemeris, FormatError, InputError, Scene
 from attitude.formats import interpolation_nodes
 from attitude.formats.ccsds import aem as aem_format
 from attitude.formats.ccsds.aem import AemOptions
-from attitude.samples.chunks import Samples
 from attitude.samples.event import Event
 from attitude.times.instants import as_instants
 from attitude.times.leap_seconds import tai_minus_utc
 from tests.bodies import ATTITUDE
-from tests.formats import aem_oracles
+from tests.formats import aem_oracles, damage
 from tests.formats.test_malformed import Endless
 from tests.formats.texts import aem as file
 from tests.tables import table
@@ -33,14 +32,11 @@ GENERIC = Rotation.from_quat([0.1, -0.3, 0.5, 0.8]).as_quat(scalar_first=True)
 
 
 def motion(epoch=EPOCH, attitude=ATTITUDE, frame="GCRF"):
-    body = RigidBody((1.0, 1.6, 2.1))
-    return TorqueFreeMotion(body, attitude, (0.3, -0.5, 0.9), epoch, order="wxyz", frame=frame)
+    return damage.motion(epoch, frame, attitude)
 
 
 def text_of(ephemeris, syntax="kvn", **options):
-    written = AemOptions(**options)
-    nodes = interpolation_nodes.chosen(Samples.of(ephemeris), aem_format.interpolant(written), None)
-    return b"".join(aem_format.blocks(nodes, written, syntax)).decode()
+    return damage.written(FORMATS[syntax], ephemeris, **options).decode()
 
 
 def read(text, **options):
@@ -149,12 +145,6 @@ def test_impulses_begin_segments_and_segments_are_cut_again(syntax):
     edges = [0, *np.searchsorted(written.elapsed, cuts).tolist(), len(written)]
     for k, (first, last) in enumerate(pairwise(edges), start=1):
         assert_same(read(text, segment=k), written[first:last])
-
-
-def test_both_syntaxes_are_read():
-    texts = [text_of(motion().at(T), syntax) for syntax in FORMATS]
-    for text in texts:
-        assert_same(read(text), motion().at(T))
 
 
 def test_content_tells_the_syntax_whatever_the_ending(tmp_path):

@@ -23,20 +23,12 @@ from attitude.formats import binary, columnar, find, line_blocks, module_of, sch
 from attitude.pointing import vector_columns
 from attitude.samples import chunks
 from attitude.samples.ephemeris_data import CONVENTION
+from tests.formats.damage import read, written
 from tests.test_formats import EFFECTS, EPOCH, MANY, OTHER, SINGLE, T, metadata, motion
 
 COLUMNAR = ("arrow", "arrows", "parquet", "fits", "npz")
 ASTROPYS = {"parquet": {}, "fits": {"astropy_native": True}, "ecsv": {}}
 each_format = pytest.mark.parametrize("format", COLUMNAR)
-
-
-def written(ephemeris, format):
-    """The file's bytes."""
-    return b"".join(module_of(find("", format)).blocks(chunks.Samples.of(ephemeris)))
-
-
-def read(content, format):
-    return module_of(find("", format)).parse(io.BytesIO(content), "a file")
 
 
 def nanoseconds(time):
@@ -59,9 +51,9 @@ def test_batch_is_refused_with_the_formats_that_hold_it(make, format, tmp_path):
 @pytest.mark.parametrize("block", [1, 7, 39, 40])
 def test_batches_hold_the_same_whatever_their_size(format, block, monkeypatch):
     ephemeris = SINGLE["two-part seconds and dates"]()
-    whole = frame_of(written(ephemeris, format), format)
+    whole = frame_of(written(format, ephemeris), format)
     monkeypatch.setattr(chunks, "CHUNK_INSTANTS", block)
-    assert frame_of(written(ephemeris, format), format).equals(whole)
+    assert frame_of(written(format, ephemeris), format).equals(whole)
 
 
 def frame_of(content, format):
@@ -75,7 +67,7 @@ def frame_of(content, format):
 def test_file_goes_through_pipes(format, capsysbinary):
     motion(epoch=EPOCH).at(T).write("-", format)
     content = capsysbinary.readouterr().out
-    assert content == written(motion(epoch=EPOCH).at(T), format)
+    assert content == written(format, motion(epoch=EPOCH).at(T))
     end, beginning = os.pipe()
     with open(end, "rb") as stream:
         with open(beginning, "wb") as pipe:
@@ -121,12 +113,12 @@ def test_dates_across_a_leap_second_are_a_quarter_of_a_second_apart():
 def test_dates_that_64_bits_cannot_hold_are_left_out_with_a_remark(year, years, held):
     epoch = Time(year, format="jyear", scale="tai")
     ephemeris = motion(epoch=epoch).at(np.array([0.0, years * 365.25 * 86400]))
-    table = frame_of(written(ephemeris, "arrow"), "arrow")
+    table = frame_of(written("arrow", ephemeris), "arrow")
     assert (columnar.TIME_TAI in table.column_names) == held
     assert (table.schema.metadata[b"time_tai"] == columnar.LEFT_OUT.encode()) == (not held)
     assert ("time" in ephemeris.to_xarray().coords) == held
     assert ephemeris.to_pandas().index.name == ("time_tai" if held else "elapsed_s")
-    assert read(written(ephemeris, "arrow"), "arrow").epoch.jd1 == epoch.jd1
+    assert read("arrow", written("arrow", ephemeris)).epoch.jd1 == epoch.jd1
 
 
 # -- other readers ------------------------------------------------------------------------------
@@ -135,7 +127,7 @@ def test_dates_that_64_bits_cannot_hold_are_left_out_with_a_remark(year, years, 
 @pytest.mark.parametrize("format", ["arrow", "arrows"])
 def test_arrow_is_columns_for_any_reader(format):
     ephemeris = motion(epoch=EPOCH).at(T)
-    table = frame_of(written(ephemeris, format), format)
+    table = frame_of(written(format, ephemeris), format)
     assert table.column_names == [
         "time_tai",
         "elapsed_s",
@@ -351,7 +343,7 @@ def test_frames_without_their_package_say_how_to_have_it(method, package, monkey
 @pytest.fixture(scope="module")
 def three_lines():
     """Three samples as NDJSON."""
-    return written(motion(epoch=EPOCH).at(T[:3]), "ndjson")
+    return written("ndjson", motion(epoch=EPOCH).at(T[:3]))
 
 
 def arrow(columns, metadata=None):
@@ -385,14 +377,14 @@ ARROW = {
 
 @pytest.mark.parametrize(("columns", "meta", "message"), ARROW.values(), ids=ARROW)
 def test_malformed_arrow_is_refused(columns, meta, message):
-    assert read(arrow(GOOD), "arrows").shape == (3,)
+    assert read("arrows", arrow(GOOD)).shape == (3,)
     with pytest.raises(FormatError, match=message):
-        read(arrow(columns, meta), "arrows")
+        read("arrows", arrow(columns, meta))
 
 
 def npz(**changes):
     """Our own file of three samples, with arrays added, changed or (None) left out."""
-    actual = dict(np.load(io.BytesIO(written(motion().at(T[:3]), "npz")))) | changes
+    actual = dict(np.load(io.BytesIO(written("npz", motion().at(T[:3]))))) | changes
     sink = io.BytesIO()
     np.savez(sink, **{name: values for name, values in actual.items() if values is not None})
     return sink.getvalue()
@@ -413,9 +405,9 @@ NPZ = {
 
 @pytest.mark.parametrize(("changes", "message"), NPZ.values(), ids=NPZ)
 def test_malformed_npz_is_refused(changes, message):
-    assert read(npz(), "npz").shape == (3,)
+    assert read("npz", npz()).shape == (3,)
     with pytest.raises(FormatError, match=message):
-        read(npz(**changes), "npz")
+        read("npz", npz(**changes))
 
 
 def bomb(shape, content):
@@ -432,10 +424,10 @@ def test_archive_that_would_fill_memory_is_refused_before_it_does(monkeypatch):
     with pytest.raises(
         FormatError, match=r"array 'momentum_x_N_m_s' of shape \(1000000000000,\) in \d+ bytes"
     ):
-        read(bomb((10**12,), 1 << 20), "npz")
+        read("npz", bomb((10**12,), 1 << 20))
     monkeypatch.setattr(binary, "MAX_INFLATED_BYTES", 1 << 20)
     with pytest.raises(FormatError, match=r"states .* bytes of data, and a file of its size may have"):
-        read(bomb((8 << 17,), 8 << 20), "npz")
+        read("npz", bomb((8 << 17,), 8 << 20))
 
 
 @pytest.mark.parametrize(
@@ -464,5 +456,5 @@ def test_malformed_parquet_is_refused(change, message, tmp_path):
 
 def test_ndjson_is_the_same_in_small_blocks(three_lines, monkeypatch):
     monkeypatch.setattr(line_blocks, "BLOCK_BYTES", 100)
-    back = read(three_lines, "ndjson")
+    back = read("ndjson", three_lines)
     assert np.array_equal(back.quaternion("wxyz"), motion(epoch=EPOCH).at(T[:3]).quaternion("wxyz"))
