@@ -114,9 +114,8 @@ class StkTextReader(TextReader):
             stated, line = self.keywords.get(keyword, (str(default), 0))
             order = int(stated)
         if order > MAX_STATED_DEGREE:
-            raise self.error(
-                f"{keyword} {stated}: degree {order}, and at most {MAX_STATED_DEGREE} is read", line
-            )
+            degree = "" if stated == str(order) else f", degree {order}"
+            raise self.error(f"{keyword} {stated}{degree}: at most {MAX_STATED_DEGREE} is read", line)
         return InterpolationMethod(name, max(1, order))
 
     @property
