@@ -125,7 +125,7 @@ def advice(samples: Samples, others: Mapping[str, Interpolant], tolerance: float
     By trial windows alone, so that the number is approximate; not where effects are simulated, since each
     trial would run the scene.
     """
-    if _is_simulated(samples.first):
+    if samples.first.is_simulated:
         return None
     spans = spans_between_events(samples)
     counts = {
@@ -280,14 +280,9 @@ def even_nodes(samples: Samples, start: float, stop: float, step: float) -> Samp
         after = ends[max(0, first - regular) : max(0, until - regular)]
         return head.resampled(Instants(np.append(inside, after), None, head.epoch, scale=head.instants.scale))
 
-    if _is_simulated(head):
+    if head.is_simulated:
         return Samples.of(cut(0, count), samples.progress)
     return Samples(count, cut, samples.progress)
-
-
-def _is_simulated(ephemeris: EphemerisData) -> bool:
-    """Whether effects are simulated: then any instants cost a run from the beginning of the scene."""
-    return ephemeris.plan is not None and bool(ephemeris.plan.simulated)
 
 
 def longest_spacing(head: EphemerisData, interpolant: Interpolant, start: float, stop: float) -> float:
@@ -349,7 +344,7 @@ def greatest_error(samples: Samples, interpolant: Interpolant) -> float:
     """Greatest interpolation error of a segment at the fractions of all intervals, rad."""
     max_error, around = 0.0, interpolant.width
     # each time, motion that is simulated begins anew
-    size = 1 << 17 if _is_simulated(samples.first) else INTERVALS_PER_CHECK
+    size = 1 << 17 if samples.first.is_simulated else INTERVALS_PER_CHECK
     for first in range(0, samples.count - 1, size):
         stopping.check()
         last = min(first + size, samples.count - 1)  # intervals, from first to last

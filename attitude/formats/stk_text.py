@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from astropy.time import Time
 
-from ..errors import AttitudeError, InputError, suggestion
+from ..errors import AttitudeError, InputError, note, suggestion
 from ..samples.interpolation import MAX_STATED_DEGREE, InterpolationMethod
 from ..times.instants import Instants, as_instants
 from ..times.iso8601 import parse_time
@@ -105,14 +105,16 @@ class StkTextReader(TextReader):
     def method(self, default: int) -> InterpolationMethod:
         """How STK interpolates the file; Lagrange of a default order where it says nothing."""
         name = self.keywords.get("InterpolationMethod", ("Lagrange", 0))[0].lower()
-        keyword = "InterpolationSamplesM1"
-        if keyword in self.keywords:
-            stated, line = self.keywords[keyword]
-            order = 2 * int(stated) + 1 if name == "hermite" else int(stated)
-        else:
-            keyword = "InterpolationOrder"
-            stated, line = self.keywords.get(keyword, (str(default), 0))
-            order = int(stated)
+        keyword, samples = "InterpolationOrder", self.keywords.get("InterpolationSamplesM1")
+        stated, line = self.keywords.get(keyword, (str(default), 0))
+        order = int(stated)
+        if samples is not None:
+            order = 2 * int(samples[0]) + 1 if name == "hermite" else int(samples[0])
+            if keyword in self.keywords and int(stated) != order:
+                note(
+                    f"{self.source}: InterpolationSamplesM1 {samples[0]} is taken, {keyword} {stated} is not"
+                )
+            keyword, (stated, line) = "InterpolationSamplesM1", samples
         if order > MAX_STATED_DEGREE:
             degree = "" if stated == str(order) else f", degree {order}"
             raise self.error(f"{keyword} {stated}{degree}: at most {MAX_STATED_DEGREE} is read", line)

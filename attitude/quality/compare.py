@@ -150,7 +150,7 @@ def compare(first: EphemerisData, second: EphemerisData, frame: str | None = Non
 def _covered(data: EphemerisData, instants: Instants) -> tuple[np.ndarray, str]:
     """(n,) bool: instants at which the ephemeris is available, and how."""
     seconds = instants.seconds
-    if data.has_known_motion and not (data.plan and data.plan.simulated):
+    if data.has_known_motion and not data.is_simulated:
         return np.ones(seconds.size, dtype=bool), "the second by its own motion"
     if _nearest(data, seconds)[1].all():
         return np.ones(seconds.size, dtype=bool), "both have these instants"

@@ -314,6 +314,11 @@ class EphemerisData:
         """Whether the motion can be evaluated at other instants; not of an ephemeris read from a file."""
         return self.resample is not None and self.interpolation is None
 
+    @property
+    def is_simulated(self) -> bool:
+        """Whether effects are simulated: then any instants cost a run from the beginning of the scene."""
+        return self.plan is not None and bool(self.plan.simulated)
+
     def resampled(self, t: Any) -> Self:
         """The same motion at other instants.
 

@@ -57,6 +57,13 @@ def test_written_and_read_again_is_the_same(tumbler, tmp_path, name):
     assert (found.name, found.frame, found.epoch.isot) == ("TUMBLER", "EME2000", "2026-01-01T00:00:00.000")
 
 
+@pytest.mark.parametrize("frame", ["ITRF", "ITRF-97"])
+def test_another_realisation_of_itrf_is_noted(frame, tmp_path):
+    back = read(tmp_path, HEAD + META + att("0.0 0 0 0 1\n1.0 0 0 0 1", a=frame))
+    assert back.frame == "ITRF"
+    assert [f"{frame} is taken for ITRF" in text for text in back.plan.notes] == [True] * (frame != "ITRF")
+
+
 UNCERTAINTY = {
     "attitude": {"value": [0.1, 0.2, 0.3], "unit": "deg"},
     "angular_velocity": {"value": [1e-4, 2e-4, 3e-4], "unit": "rad/s"},

@@ -83,11 +83,16 @@ def test_dialect_holds_the_same_attitudes(text, tmp_path):
     assert back.frame == "EME2000"
 
 
+@pytest.mark.parametrize("order", [None, 1, 7])
 @pytest.mark.parametrize(("method", "intervals", "degree"), [("Lagrange", 5, 5), ("Hermite", 3, 7)])
-def test_number_of_samples_tells_the_degree_of_interpolation(method, intervals, degree, tmp_path):
+def test_number_of_samples_tells_the_degree_of_interpolation(method, intervals, degree, order, tmp_path):
+    """As in ephemerides; that an order is stated besides which is another is noted."""
     keywords = f"InterpolationMethod {method}\nInterpolationSamplesM1 {intervals}"
+    keywords += "" if order is None else f"\nInterpolationOrder {order}"
     back = read(tmp_path, PLAIN.replace("BEGIN Attitude", f"BEGIN Attitude\n{keywords}"))
     assert back.interpolation.segments[0].method[:2] == (method.lower(), degree)
+    noted = [f"InterpolationOrder {order} is not" in text for text in back.plan.notes]
+    assert noted == [True] * (order not in (None, degree))
 
 
 # -- times ----------------------------------------------------------------------------------------

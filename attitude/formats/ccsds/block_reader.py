@@ -14,7 +14,7 @@ from ...times.instants import Instants
 from ..text_reader import TextReader, finite_number
 from .conventions import euler_axes
 from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
-from .keywords import UNITS, Keywords, frame_named
+from .keywords import UNITS, Keywords, frame_named, frame_taken_for
 from .ndm import NdmLine
 
 
@@ -76,7 +76,7 @@ class BlockReader(TextReader):
             reason = f"one of frames A and B is the body's, the other one of {', '.join(sorted(known))}"
             raise self.error(f"{names[0][:40]}, {names[1][:40]}: {reason}", block.number)
         external, body = names if is_external[0] else names[::-1]
-        return frame_named(external), body, is_external[0]
+        return frame_taken_for(external, self.source), body, is_external[0]
 
     def euler_axes(self, block: Block) -> str:
         """Axes of the Euler angles of a block."""

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import InputError, note
+from ...errors import InputError
 from ...frames import rotations
 from ..schema import MAX_OFF_UNIT_IN_FILES, MAX_RATE
 from .epochs import RowError
-from .keywords import ATTITUDE_TYPES, KeywordBlock, Keywords, frame_named
+from .keywords import ATTITUDE_TYPES, KeywordBlock, Keywords, frame_named, frame_taken_for
 from .spin import attitude_and_rate
 
 
@@ -144,11 +144,8 @@ def _external_frame(fields: KeywordBlock) -> tuple[str, bool]:
         raise fields.error("REF_FRAME_B", "neither frame A nor frame B is the body's")
     if not any(is_known):
         raise fields.error("REF_FRAME_A", f"neither frame A nor frame B is one of {', '.join(known)}")
-    frame = frames[is_known.index(True)]
-    name = fields.values["REF_FRAME_A" if is_known[0] else "REF_FRAME_B"]
-    if frame == "ITRF" != name:
-        note(f"{fields.source}: {name} is taken for ITRF, whose axes agree within 1e-8 rad")
-    return frame, is_known[0]
+    name = fields.get("REF_FRAME_A" if is_known[0] else "REF_FRAME_B") or ""
+    return frame_taken_for(name, fields.source), is_known[0]
 
 
 def _rate_frame(fields: KeywordBlock) -> str:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...errors import FormatError, suggestion
+from ...errors import FormatError, note, suggestion
 from ...samples.interpolation import MAX_STATED_DEGREE
 from .epochs import TIME_SYSTEMS, RowError, parse_epoch
 
@@ -37,6 +37,14 @@ def is_value(text: str) -> bool:
 def frame_named(name: str) -> str:
     """The frame of this library with a name of the registries; the name itself if there is none."""
     return next((frame for form, frame in FRAMES.items() if re.fullmatch(form, name)), name)
+
+
+def frame_taken_for(name: str, source: str) -> str:
+    """The same, with a note where it is another realisation of ITRF."""
+    frame = frame_named(name)
+    if frame == "ITRF" != name:
+        note(f"{source}: {name} is taken for ITRF, whose axes agree within 1e-8 rad")
+    return frame
 
 
 class Keyword(NamedTuple):
