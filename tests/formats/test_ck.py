@@ -18,6 +18,7 @@ from attitude.formats import interpolation_nodes
 from attitude.formats.spice import ck, text_kernels
 from attitude.samples import chunks
 from attitude.samples.event import Event
+from tests.formats.texts import clock_kernel
 
 spice = pytest.importorskip("spiceypy")
 
@@ -386,26 +387,17 @@ def test_name_of_a_text_kernel_is_refused(tmp_path):
 # -- of others ---------------------------------------------------------------------------------------
 
 # Two correlations of a clock of 256 ticks a second, which runs 3 ppm slow and then 5 ppm fast.
-OTHER_CLOCK = """KPL/SCLK
-\\begindata
-SCLK_KERNEL_ID           = ( @2004-01-01 )
-SCLK_DATA_TYPE_82        = ( 1 )
-SCLK01_TIME_SYSTEM_82    = ( {system} )
-SCLK01_N_FIELDS_82       = ( 2 )
-SCLK01_MODULI_82         = ( 4294967296 256 )
-SCLK01_OFFSETS_82        = ( 0 0 )
-SCLK01_OUTPUT_DELIM_82   = ( 1 )
-SCLK_PARTITION_START_82  = ( 0.0D0 )
-SCLK_PARTITION_END_82    = ( 1.099511627776E+12 )
-SCLK01_COEFFICIENTS_82   = ( 0.0000000000000D+00   1.2600000012345D+08  1.00000300D+00
-                             2.5600000000000D+05   1.2600100012645D+08  0.99999500D+00 )
-\\begintext
-"""
+RATES = """0.0000000000000D+00   1.2600000012345D+08  1.00000300D+00
+           2.5600000000000D+05   1.2600100012645D+08  0.99999500D+00"""
+
+
+def other_clock(system=2):
+    return clock_kernel(82, RATES, system, "0.0D0", "1.099511627776E+12")
 
 
 def other(folder, system=1, **changes):
     """A CK as another program makes one: Cassini's numbers, two intervals, no rates."""
-    (folder / "c.tsc").write_text(OTHER_CLOCK.format(system=system))
+    (folder / "c.tsc").write_text(other_clock(system))
     ticks = np.array([100.0, 300.0, 1000.0, 300000.0, 300500.0])
     q = np.ascontiguousarray(motion().at(np.arange(5.0)).quaternion("wxyz") * [-1, 1, 1, 1])
     handle = spice.ckopn(str(folder / "c.bc"), "other", 0)
@@ -467,7 +459,7 @@ def test_clock_of_another_spacecraft_is_refused_unless_it_is_named(structure, wo
 
 def test_of_several_clocks_that_of_the_structure_or_the_one_named_is_taken(tmp_path):
     path, _, _ = other(tmp_path, system=2)
-    later = OTHER_CLOCK.format(system=2).replace("_82", "_83").replace("1.2600", "2.2600")
+    later = other_clock().replace("_82", "_83").replace("1.2600", "2.2600")
     (tmp_path / "c.tsc").write_text((tmp_path / "c.tsc").read_text() + later.partition("KPL/SCLK")[2])
     mine, named = Ephemeris.read(path), Ephemeris.read(path, clock_id=-83)
     assert (named.time[0] - mine.time[0]).sec == pytest.approx(1e8, abs=1e-3)
@@ -532,7 +524,7 @@ def test_structures_are_read_one_at_a_time(tmp_path):
 
 
 def test_intervals_of_type_2_with_gaps_and_jumps(tmp_path):
-    (tmp_path / "c.tsc").write_text(OTHER_CLOCK.format(system=2))
+    (tmp_path / "c.tsc").write_text(other_clock())
     start, stop = np.array([0.0, 256.0, 1024.0]), np.array([256.0, 512.0, 1280.0])
     q, rate = np.tile([1.0, 0, 0, 0], (3, 1)), np.tile([0.0, 0, np.pi / 2], (3, 1))
     handle = spice.ckopn(str(tmp_path / "c.bc"), "other", 0)

@@ -9,26 +9,13 @@ from astropy.time import Time, TimeDelta
 from attitude import Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion
 from attitude.formats.spice import reference_frames, sclk, text_kernels
 from attitude.frames import rotations
+from tests.formats.texts import clock_kernel
 
 spice = pytest.importorskip("spiceypy")
 
 INST, SC = -900000, -900
 J2000 = Time("2000-01-01T12:00:00", scale="tt")
 TICKS_PER_SECOND = 256
-CLOCK = """KPL/SCLK
-\\begindata
-SCLK_KERNEL_ID           = ( @2024-01-01 )
-SCLK_DATA_TYPE_900       = ( 1 )
-SCLK01_TIME_SYSTEM_900   = ( {system} )
-SCLK01_N_FIELDS_900      = ( 2 )
-SCLK01_MODULI_900        = ( 4294967296 256 )
-SCLK01_OFFSETS_900       = ( 0 0 )
-SCLK01_OUTPUT_DELIM_900  = ( 1 )
-SCLK_PARTITION_START_900 = ( {starts} )
-SCLK_PARTITION_END_900   = ( {ends} )
-SCLK01_COEFFICIENTS_900  = ( {rows} )
-\\begintext
-"""
 MOTION = TorqueFreeMotion(
     RigidBody((1.0, 1.6, 2.1)), (0.1, -0.7, 0.5, 0.5), (0.03, -0.05, 0.09), order="wxyz"
 )
@@ -44,7 +31,7 @@ def no_kernels():
 
 
 def clock(folder, rows="0 757382469.184 1", system=2, starts="0", ends="1.0995116277E+12"):
-    (folder / "a.tsc").write_text(CLOCK.format(rows=rows, system=system, starts=starts, ends=ends))
+    (folder / "a.tsc").write_text(clock_kernel(900, rows, system, starts, ends))
     (folder / "a.tls").write_text(text_kernels.leap_seconds())
     spice.furnsh([str(folder / "a.tls"), str(folder / "a.tsc")])
 
@@ -91,22 +78,8 @@ def added(
     elif kind == 5:
         degree = 2 * window - 1 if subtype in (0, 2) else window - 1
         table, rate = packets(subtype, seconds)[1], 1 / TICKS_PER_SECOND
-        spice.ckw05(
-            handle,
-            subtype,
-            degree,
-            first,
-            last,
-            INST,
-            ref,
-            flag,
-            "A",
-            ticks,
-            table,
-            rate,
-            len(starts),
-            ticks[starts],
-        )
+        span, intervals = (first, last, INST, ref), (len(starts), ticks[starts])
+        spice.ckw05(handle, subtype, degree, *span, flag, "A", ticks, table, rate, *intervals)
     spice.dafcls(handle)
 
 

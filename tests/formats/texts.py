@@ -29,3 +29,24 @@ def stk(rows, epoch="1 Jan 2024 00:00:00"):
     """An STK attitude file: the first row is in line 6."""
     head = f"stk.v.11.0\nBEGIN Attitude\nScenarioEpoch {epoch}\nCoordinateAxes ICRF\n"
     return f"{head}AttitudeTimeQuaternions\n{rows}\nEND Attitude\n"
+
+
+SCLK = """KPL/SCLK
+\\begindata
+SCLK_KERNEL_ID = ( @2004-01-01 )
+SCLK_DATA_TYPE_{id} = ( 1 )
+SCLK01_TIME_SYSTEM_{id} = ( {system} )
+SCLK01_N_FIELDS_{id} = ( 2 )
+SCLK01_MODULI_{id} = ( 4294967296 256 )
+SCLK01_OFFSETS_{id} = ( 0 0 )
+SCLK01_OUTPUT_DELIM_{id} = ( 1 )
+SCLK_PARTITION_START_{id} = ( {starts} )
+SCLK_PARTITION_END_{id} = ( {ends} )
+SCLK01_COEFFICIENTS_{id} = ( {rows} )
+\\begintext
+"""
+
+
+def clock_kernel(number, rows, system, starts, ends):
+    """SPICE's kernel of a clock of 256 ticks a second."""
+    return SCLK.format(id=number, rows=rows, system=system, starts=starts, ends=ends)
