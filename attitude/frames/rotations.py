@@ -34,7 +34,14 @@ TURNING_FRAMES = {
 }
 ORBITAL_FRAMES = ("QSW", "LVLH")
 # Other names that these axes go by, for errors.
-OTHER_NAMES = {"RSW": "QSW", "RTN": "QSW", "RIC": "QSW", "J2000": "EME2000", "ECEF": "ITRF"}
+OTHER_NAMES = {
+    "RSW": "QSW",
+    "RTN": "QSW",
+    "RIC": "QSW",
+    "J2000": "EME2000",
+    "ECEF": "ITRF",
+    "ECLIPTIC": "ECLIPJ2000",
+}
 # The inertial axes along which the motion of a scene in TEME is computed: those that TEME has at its epoch.
 TEME_AT_EPOCH = "TEME at the epoch"
 # Where UT1 and the pole come from, for ITRF: the tables that come with astropy, or UTC and no polar motion.

@@ -170,15 +170,15 @@ def runge_kutta(start, k, h, t, out, halted):
     Between steps a quintic interpolates: its error is far below that of the steps at any h, and it is cheaper
     than shortened steps where samples are dense.
     """
-    left, fresh, c = 0, False, np.empty((6, 7))
+    steps, has_quintic, c = 0, False, np.empty((6, 7))
     y0 = (start[0], start[1], start[2], start[3], start[4], start[5], start[6])
     y1 = step(y0, h, k)
     for j in range(t.size):
-        while t[j] > (left + 1) * h and halted[0] == 0.0:
-            left, y0, y1, fresh = left + 1, y1, step(y1, h, k), False
-        if not fresh:
+        while t[j] > (steps + 1) * h and halted[0] == 0.0:
+            steps, y0, y1, has_quintic = steps + 1, y1, step(y1, h, k), False
+        if not has_quintic:
             hermite(y0, y1, h, k, c)
-            fresh = True
-        s = (t[j] - left * h) / h
+            has_quintic = True
+        s = (t[j] - steps * h) / h
         for i in range(7):
             out[j, i] = c[0, i] + s * (c[1, i] + s * (c[2, i] + s * (c[3, i] + s * (c[4, i] + s * c[5, i]))))

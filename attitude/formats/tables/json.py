@@ -156,7 +156,9 @@ def parse(stream: BinaryIO, source: str) -> EphemerisData:
     """The ephemeris in a stream of this format; FormatError, with its place, for anything else."""
     document = bounded_read.json(stream, source)
     if not isinstance(document, dict) or not isinstance(document.get("columns"), dict):
-        raise FormatError("not an ephemeris: no columns", source)
+        is_scene = isinstance(document, dict) and "times" in document
+        cure = ": a scene's document, of which `attitude run` makes one" if is_scene else ""
+        raise FormatError(f"not an ephemeris: no columns{cure}", source)
     table = {name: values for name, values in document["columns"].items() if name != schema.TIME}
     return schema.ephemeris_from(document, table, source)
 
