@@ -57,6 +57,11 @@ def test_written_and_read_again_is_the_same(tumbler, tmp_path, name):
     assert (found.name, found.frame, found.epoch.isot) == ("TUMBLER", "EME2000", "2026-01-01T00:00:00.000")
 
 
+def test_brackets_belong_to_the_name_of_an_object(tmp_path):
+    text = HEAD + META.replace("= SAT", "= ISS [ZARYA]") + att("0.0 0 0 0 1\n1.0 0 0 0 1")
+    assert read(tmp_path, text).name == "ISS [ZARYA]"
+
+
 @pytest.mark.parametrize("frame", ["ITRF", "ITRF-97"])
 def test_another_realisation_of_itrf_is_noted(frame, tmp_path):
     back = read(tmp_path, HEAD + META + att("0.0 0 0 0 1\n1.0 0 0 0 1", a=frame))

@@ -36,6 +36,7 @@ def ephemeris(orbit, **changes):
 INLINE = {
     "oem": {"oem": oem(oem_segment(ROWS))},
     "oem xml": {"oem": oem_xml(ROWS)},
+    "oem xml with units": {"oem": oem_xml(ROWS).replace("<X>", '<X units="km">')},
     "oem, TAI": {"oem": oem(oem_segment(ROWS, "tai"))},
     "oem, TDB": {"oem": oem(oem_segment(ROWS, "tdb"))},
     "oem without method": {"oem": oem(oem_segment(ROWS, INTERPOLATION=None, INTERPOLATION_DEGREE=None))},
@@ -165,6 +166,7 @@ GAP = oem(oem_segment(ROWS[:40]), oem_segment(ROWS[45:]))
 USEABLE = oem(
     oem_segment(ROWS, USEABLE_START_TIME="2026-01-01T00:05:00", USEABLE_STOP_TIME="2026-01-01T01:30:00")
 )
+TWO = oem(oem_segment(ROWS[:20], OBJECT_NAME="A [1]"), oem_segment(ROWS[20:], OBJECT_NAME="A [2]"))
 
 
 @pytest.mark.parametrize(
@@ -194,6 +196,10 @@ USEABLE = oem(
         ({"oem": INLINE["oem"]["oem"].replace("OBJECT_NAME = SAT\n", "")}, "orbit.oem", "no OBJECT_NAME"),
         ({"oem": "CCSDS_AEM_VERS = 2.0"}, "orbit.oem", "not an OEM"),
         ({"oem": INLINE["oem"]["oem"], "object": "OTHER"}, "orbit.oem", "no object 'OTHER', but SAT"),
+        ({"oem": TWO}, "orbit.oem", r"several objects \(A \[1\], A \[2\]\)"),
+        ({"oem": TWO, "object": "A"}, "orbit.oem", "no object 'A', but A"),
+        ({"oem": oem_xml(ROWS).replace("<Y>", '<Y units="m">', 1)}, "orbit.oem", "Y in m, not km"),
+        ({"oem": oem_xml(ROWS).replace("<Y>", "<X>1.0</X><Y>", 1)}, "orbit.oem", "X twice in a row"),
         ({"stk": stk(ROWS, "EphemerisTimePos")}, "orbit.stk", "Hermite without velocities"),
         ({"stk": stk(ROWS, NumberOfEphemerisPoints=3)}, "orbit.stk", "line 4: 101 rows"),
         (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ from ...times.instants import Instants
 from ..text_reader import TextReader, finite_number
 from .conventions import euler_axes
 from .epochs import TIME_SYSTEMS, RowError, Timestamps, parse_epoch, to_instants
-from .keywords import UNITS, Keywords, frame_named, frame_taken_for
+from .keywords import Keywords, frame_named, frame_taken_for, wrong_units
 from .ndm import NdmLine
 
 
@@ -39,13 +40,13 @@ class BlockReader(TextReader):
     def number(self, block: Block, name: str) -> float:
         """A number of a block, in the unit that the standard has for it."""
         line = self.needed(block, name)
-        value = finite_number(line.value)
+        in_brackets = re.fullmatch(r"(.*?)\s*\[([^][]*)\]", line.value)
+        text, units = in_brackets.groups() if in_brackets else (line.value, line.units)
+        value = finite_number(text)
         if np.isnan(value):
-            raise self.error(f"{name} is {line.value[:40]!r}, not a finite number", line.number)
-        unit = UNITS.get(name, "")
-        stated = line.units.strip().replace("**", "^").lower()
-        if stated and stated != unit.replace("**", "^").lower():
-            raise self.error(f"{name} in {line.units[:20]}, not {unit or 'without units'}", line.number)
+            raise self.error(f"{name} is {text[:40]!r}, not a finite number", line.number)
+        if reason := wrong_units(name, units):
+            raise self.error(reason, line.number)
         return value
 
     def tensor(self, block: Block) -> list[list[float]]:

@@ -108,7 +108,17 @@ UNITS = {
     **dict.fromkeys(Keywords.TORQUE, "N*m"),
     "MAN_DURATION": "s",
     "MAN_DELTA_MASS": "kg",
+    **dict.fromkeys("XYZ", "km"),
+    **dict.fromkeys(("X_DOT", "Y_DOT", "Z_DOT"), "km/s"),
+    **dict.fromkeys(("X_DDOT", "Y_DDOT", "Z_DDOT"), "km/s**2"),
 }
+
+
+def wrong_units(name: str, stated: str) -> str:
+    """Why the units of a value are refused; "" where they are the standard's, or none are stated."""
+    unit = UNITS.get(name, "")
+    plain, expected = (text.strip().replace("**", "^").lower() for text in (stated, unit))
+    return "" if plain in ("", expected) else f"{name} in {stated[:20]}, not {unit or 'without units'}"
 
 
 class AttitudeType(NamedTuple):

@@ -13,6 +13,7 @@ from typing import BinaryIO, NamedTuple
 from ...errors import FormatError
 from .. import bounded_read
 from .expat_reader import ExpatReader
+from .keywords import wrong_units
 
 MAX_DEPTH = 10  # elements within each other
 
@@ -21,9 +22,9 @@ class NdmLine(NamedTuple):
     """A line of a message.
 
     keyword : "" of a row of data; NAME_START and NAME_STOP, without a value, enclose a block
-    value : of the keyword, without its units; or the row
+    value : of the keyword, in KVN with its units in brackets; or the row
     number : line of the file
-    units : as stated, without brackets; "" where there are none
+    units : in XML, as stated; "" where there are none
     """
 
     keyword: str
@@ -88,8 +89,7 @@ def _read_kvn(content: bytes, source: str, syntax: Syntax) -> Ndm:
                 raise FormatError(reason, source, number)
             version = syntax.check_version(value, source, number)
         elif equals:
-            units = re.fullmatch(r"(.*?)\s*\[([^][]*)\]", value)
-            lines.append(NdmLine(name, *(units[1], number, units[2]) if units else (value, number)))
+            lines.append(NdmLine(name, value, number))
         elif re.fullmatch(r"[A-Z_0-9]+_(START|STOP)", text):
             lines.append(NdmLine(text, "", number))
         else:
@@ -154,6 +154,8 @@ class _XmlReader(ExpatReader):
             self._end_row(self.syntax.rows[name], text)
         elif is_leaf and name != "COMMENT":
             if self.row is not None:
+                if reason := f"{name} twice in a row" if name in self.row else wrong_units(name, self.units):
+                    raise self.error(reason)
                 self.row[name] = text
             else:
                 self._add(name, text, self.units)
