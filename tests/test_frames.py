@@ -21,7 +21,7 @@ from attitude.frames.earth_fixed import itrf, teme
 from attitude.frames.inertial import from_gcrf
 from attitude.frames.rotations import conjugate
 from attitude.orbit.local_frames import qsw
-from attitude.orbit.path_states import as_polynomial, position, velocity
+from attitude.orbit.path_states import position, velocity
 from attitude.samples.event import Event
 from attitude.samples.transform import rotation_between
 from attitude.samples.translation import Translation
@@ -384,7 +384,7 @@ def test_rates_along_an_ellipse_are_the_derivative_of_the_attitude(orbit, frame)
 def test_rates_along_a_perturbed_orbit_are_the_derivative_of_the_attitude():
     """Within the polynomials of the orbit: where they meet, SGP4 is followed to 1e-9 and no better."""
     made, _ = tle_path(TLES["Molniya"], stop=86400.0)
-    pieces = as_polynomial(made)
+    pieces = made.polynomial
     middles = pieces.start + pieces.length * (np.arange(len(pieces.coefficients)) + 0.5)
     step = min(pieces.length / 20, 2.0)
     actual = derivative(lambda t: conjugate(qsw(made, t).quaternion), middles, step)

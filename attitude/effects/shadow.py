@@ -9,7 +9,7 @@ import numpy as np
 from .. import stopping
 from ..frames.celestial import shadow_heights
 from ..kernels.solvers.plate_layout import Light, ShadowModel
-from ..orbit.path_states import evaluate, position, samples, velocity
+from ..orbit.path_states import position, samples, velocity
 from ..problem.initial_state import OrbitPath, Passages, PiecewisePolynomial
 from ..windows.root_search import ROOT_RELATIVE_TOLERANCE
 
@@ -73,7 +73,7 @@ class ShadowHeight:
         return self._heights(t)[1] < 0.0
 
     def _heights(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        r, sun = position(self.orbit_path, t), evaluate(self.sun, t)
+        r, sun = position(self.orbit_path, t), self.sun(t)
         return shadow_heights(r, sun, self.radius, self.side)
 
 

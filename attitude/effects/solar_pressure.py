@@ -12,7 +12,6 @@ from ..errors import InputError
 from ..frames.celestial import SUN_RADIUS, au
 from ..kernels.layout import EffectCode
 from ..kernels.solvers.plate_layout import ShadowModel
-from ..orbit.path_states import evaluate
 from ..problem.initial_state import InitialState, Passages, PiecewisePolynomial
 from . import sun as sunlight
 from .effect import Torque, required_orbit_path, row
@@ -109,6 +108,6 @@ class SolarPressure(Torque):
         """Bound for light from the worst direction, the Sun at its nearest; slightly above it."""
         sun = self.sun(initial_state)
         t = sun.start + sun.length * np.arange(len(sun.coefficients) + 1)
-        nearest = float(np.sqrt((evaluate(sun, t) ** 2).sum(axis=1).min()))
+        nearest = float(np.sqrt((sun(t) ** 2).sum(axis=1).min()))
         pressure = sunlight.pressure() * (au() / nearest) ** 2
         return pressure * Surfaces.of(self.plates).greatest_torque()

@@ -26,7 +26,7 @@ from .state_table import SLACK, Curves, StateTable, best_curves, check_table, cu
 if TYPE_CHECKING:
     from astropy.time import Time
 
-INLINE = ("oem", "stk", "csv")
+FORMS = ("file", "oem", "stk", "csv")  # how it is given
 SPK_STEP = 60.0  # s, of rows to which the intervals of an SPK's polynomials are compared in length
 
 
@@ -53,7 +53,7 @@ class OrbitFile(AboutABody):
 
     @model_validator(mode="after")
     def _read(self) -> OrbitFile:
-        form = exactly_one(self, ("file", *INLINE))
+        form = self._form
         if self.format is not None and form != "file":
             raise InputError("format", self.format, f"no format beside {form}")
         try:
@@ -64,20 +64,19 @@ class OrbitFile(AboutABody):
                 self._content = parse_orbit(io.BytesIO(text), form, form, self.object)
         except FormatError as error:
             raise InputError(form, self.file or f"a text of {len(text)} bytes", str(error)) from None
-        self._check_frame(form)
+        self._check_frame()
         self.central()
         return self
 
-    def _check_frame(self, form: str) -> None:
+    def _check_frame(self) -> None:
         stated = self._content.frame if isinstance(self._content, OrbitRows) else "ICRF"
         if stated and self.frame not in (None, stated):
             raise InputError("frame", self.frame, f"no frame, since the file states {stated}")
         frame = stated or self.frame or "ICRF"
         known = (INERTIAL_FRAMES.keys() | TURNING_FRAMES.keys()) - set(ORBITAL_FRAMES)
         if frame not in known:
-            raise InputError(
-                "frame" if self.frame else form, frame, f"positions along one of {', '.join(sorted(known))}"
-            )
+            expected = f"positions along one of {', '.join(sorted(known))}"
+            raise InputError("frame" if self.frame else self._form, frame, expected)
 
     def central(self) -> CentralBody:
         """Return the central body: the Earth, or the centre of the file with the document's `mu`."""
@@ -110,7 +109,7 @@ class OrbitFile(AboutABody):
 
     @property
     def _form(self) -> str:
-        return next(name for name in ("file", *INLINE) if getattr(self, name) is not None)
+        return exactly_one(self, FORMS)
 
     def _covered(self, epoch: Time | None) -> list[tuple[float, float]]:
         """First and last second since the epoch of each segment, in order."""

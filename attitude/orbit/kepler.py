@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
@@ -14,9 +15,10 @@ from ..errors import InputError
 from ..kernels.layout import ORBIT_WIDTH, OrbitCode
 from ..problem.initial_state import CentralBody, OrbitPath
 from ..times import turn_rates
+from ..times.two_part import two_sum
 from .orbit import AboutABody
 from .path_states import eccentric_anomaly, hyperbolic_anomaly
-from .polynomial_path import PIECES_PER_REVOLUTION, function_path
+from .piecewise_polynomial import PIECES_PER_REVOLUTION, function_path
 
 if TYPE_CHECKING:
     from astropy.time import Time
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
 NO_ANGLE = Angle(value=0.0, unit="rad")
 # EGM2008 (tide-free): J2 and the radius it is for, m.
 EARTH_J2, EARTH_J2_RADIUS = 1.0826261738522e-3, 6378136.3
-PATH_TOLERANCE = 1e-12  # of the distance: what polynomials leave of a path that kernels have no formula of
 
 
 class Kepler(AboutABody):
@@ -69,8 +70,7 @@ class Kepler(AboutABody):
         e, anomaly = self.eccentricity, self.true_anomaly
         if e == 1.0:
             raise InputError("eccentricity", e, "less than 1 or greater: a parabola has no semi_major_axis")
-        if not a * (1.0 - e) > 0.0:
-            assert self.semi_major_axis is not None
+        if not a * (1.0 - e) > 0.0 and self.semi_major_axis is not None:
             sign = "greater than 0" if e < 1.0 else "less than 0, of a hyperbola"
             raise InputError("semi_major_axis.value", self.semi_major_axis.value, f"a number {sign}")
         if e > 1.0 and anomaly is not None:
@@ -115,47 +115,53 @@ class Kepler(AboutABody):
 
     def _interpolated(self, start: float, stop: float, a: float, central: CentralBody) -> OrbitPath:
         """The hyperbola, or the ellipse that turns, over the span and a little more on either side."""
-        at_pericentre = math.sqrt(
-            central.mu * (1.0 + self.eccentricity) / (a * (1.0 - self.eccentricity)) ** 3
-        )
+        e = self.eccentricity
+        fastest = math.sqrt(central.mu * (1.0 + e) / (a * (1.0 - e)) ** 3)  # rad/s, at the pericentre
         mean_motion = math.sqrt(central.mu / abs(a) ** 3)
-        period = math.tau / (at_pericentre if self.eccentricity > 1.0 else mean_motion)
+        period = math.tau / (fastest if e > 1.0 else mean_motion)
         margin = period / PIECES_PER_REVOLUTION
-        rates = (mean_motion, 0.0, 0.0) if self.j2 is False else self.secular_rates(a, mean_motion, central)
+        first, last = start - margin, stop + margin
+        tolerance = 1e-12  # of the distance, of what polynomials leave
+        if e > 1.0:
+            position = partial(self._on_hyperbola, a, mean_motion)
+        else:
+            position = partial(self._on_turning_ellipse, a, central)
+            # far from the epoch an instant's rounding alone moves the body by more
+            tolerance = max(tolerance, 1e-15 * fastest * max(abs(first), abs(last)))
+        return function_path(position, (first, last), period, central, tolerance, "semi_major_axis")
 
-        def position(t: np.ndarray) -> np.ndarray:
-            return self._position(t, a, rates)
+    def _on_hyperbola(self, a: float, mean_motion: float, t: np.ndarray) -> np.ndarray:
+        """(n, 3) m."""
+        e = self.eccentricity
+        H = hyperbolic_anomaly(math.tau * self.initial_mean_anomaly() + mean_motion * t, e)
+        x, y = -a * (e - np.cosh(H)), -a * math.sqrt((e - 1.0) * (e + 1.0)) * np.sinh(H)
+        P, Q = self.perifocal_axes()
+        return np.asarray(x[:, None] * P + y[:, None] * Q)
 
-        span = start - margin, stop + margin
-        return function_path(position, span, period, central, PATH_TOLERANCE, "semi_major_axis")
+    def _on_turning_ellipse(self, a: float, central: CentralBody, t: np.ndarray) -> np.ndarray:
+        """(n, 3) m: on the ellipse, whose axes turn at the secular rates of J2."""
+        e = self.eccentricity
+        high, low, mean_motion = turn_rates.mean_motion(central.mu, a)
+        along, node_rate, argument_rate = self.secular_rates(a, mean_motion, central)
+        high, rounding = two_sum(high, along / math.tau)
+        turns = self.initial_mean_anomaly() + turn_rates.fraction_of_turn(t, high, low + rounding)
+        E = eccentric_anomaly(math.tau * (turns - np.round(turns)), e)
+        x, y = a * (np.cos(E) - e), a * math.sqrt((1.0 - e) * (1.0 + e)) * np.sin(E)
+        node, argument = self.raan.si + node_rate * t, self.argument_of_pericentre.si + argument_rate * t
+        P, Q = perifocal_axes(node, argument, self.inclination.si)
+        return np.asarray(x[:, None] * P + y[:, None] * Q)
 
     def secular_rates(self, a: float, mean_motion: float, central: CentralBody) -> tuple[float, float, float]:
-        """Rates of mean anomaly, node and argument of pericentre under J2, rad/s, to its first order.
+        """What J2 adds to the rates of mean anomaly, node and argument of pericentre, rad/s, to first order.
 
         Source: Vallado, Fundamentals of Astrodynamics and Applications, 4th ed., section 9.6.1.
         """
-        j2, radius = (
-            (EARTH_J2, EARTH_J2_RADIUS) if self.j2 is True else (float(self.j2), central.radius or 0.0)
-        )
+        is_earths = self.j2 is True
+        j2, radius = (EARTH_J2, EARTH_J2_RADIUS) if is_earths else (float(self.j2), central.radius or 0.0)
         e, cosine = self.eccentricity, math.cos(self.inclination.si)
         factor = 0.75 * mean_motion * j2 * (radius / (a * (1.0 - e * e))) ** 2
         along = factor * math.sqrt(1.0 - e * e) * (3.0 * cosine**2 - 1.0)
-        return mean_motion + along, -2.0 * factor * cosine, factor * (5.0 * cosine**2 - 1.0)
-
-    def _position(self, t: np.ndarray, a: float, rates: tuple[float, float, float]) -> np.ndarray:
-        """(n, 3) m: on the conic, whose axes turn at constant rates."""
-        e = self.eccentricity
-        mean = math.tau * self.initial_mean_anomaly() + rates[0] * t
-        if e > 1.0:
-            H = hyperbolic_anomaly(mean, e)
-            x, y = -a * (e - np.cosh(H)), -a * math.sqrt((e - 1.0) * (e + 1.0)) * np.sinh(H)
-        else:
-            E = eccentric_anomaly(np.remainder(mean + np.pi, math.tau) - np.pi, e)
-            x, y = a * (np.cos(E) - e), a * math.sqrt((1.0 - e) * (1.0 + e)) * np.sin(E)
-        P, Q = perifocal_axes(
-            self.raan.si + rates[1] * t, self.argument_of_pericentre.si + rates[2] * t, self.inclination.si
-        )
-        return np.asarray(x[:, None] * P + y[:, None] * Q)
+        return along, -2.0 * factor * cosine, factor * (5.0 * cosine**2 - 1.0)
 
     def initial_mean_anomaly(self) -> float:
         """Mean anomaly at the epoch, turns: of an ellipse from -0.5 to 0.5, of a hyperbola of any size."""

@@ -9,17 +9,9 @@ import numpy as np
 from ..errors import RegimeError
 from ..frames.inertial import FrameRotation
 from ..frames.rotations import conjugate, from_matrix, product
-from ..kernels.layout import OrbitCode
 from ..problem.initial_state import OrbitPath
 from ..times import turn_rates
-from .path_states import (
-    as_polynomial,
-    eccentric_anomaly,
-    evaluate,
-    own_velocity,
-    position,
-    velocity,
-)
+from .path_states import eccentric_anomaly, position, velocity
 
 # The sign of the quaternion is carried from knot to knot; the body moves by a few degrees between them.
 KNOTS_PER_INTERVAL = 8
@@ -31,7 +23,7 @@ def qsw(path: OrbitPath, t: np.ndarray, rest: np.ndarray | None = None) -> Frame
     The sign of the quaternion is continuous over any span: that of half the true anomaly, or carried along
     the knots of a table.
     """
-    if path.numbers[0] == OrbitCode.KEPLER:
+    if path.is_keplerian:
         return qsw_of_ellipse(path, t, np.zeros_like(t) if rest is None else rest)
     return qsw_of_table(path, t)
 
@@ -58,10 +50,10 @@ def qsw_of_table(path: OrbitPath, t: np.ndarray) -> FrameRotation:
     the axes, by the derivatives r' and v', with h = r x v:
     omega = (-h'.y / |h|, -r'.z / |r|, r'.y / |r|).
     """
-    polynomial = as_polynomial(path)
+    polynomial, own = path.polynomial, path.velocity_polynomial
     r, v = position(path, t), velocity(path, t)
-    r_slope = evaluate(polynomial, t, 1)
-    v_slope = evaluate(polynomial, t, 2) if path.velocities is None else evaluate(own_velocity(path), t, 1)
+    r_slope = polynomial(t, 1)
+    v_slope = polynomial(t, 2) if own is None else own(t, 1)
     axes, distance, momentum = qsw_axes(r, v)
     quaternion = from_matrix(axes)
     knots, x = _knots(path), KNOTS_PER_INTERVAL * (t - polynomial.start) / polynomial.length
@@ -76,7 +68,7 @@ def qsw_of_table(path: OrbitPath, t: np.ndarray) -> FrameRotation:
 
 def _knots(path: OrbitPath) -> np.ndarray:
     """(m, 4): quaternions of the axes without sign changes; that nearest the epoch as by `from_matrix`."""
-    knots, polynomial = np.arange(KNOTS_PER_INTERVAL * len(path.coefficients) + 1), as_polynomial(path)
+    knots, polynomial = np.arange(KNOTS_PER_INTERVAL * len(path.coefficients) + 1), path.polynomial
     t = polynomial.start + polynomial.length / KNOTS_PER_INTERVAL * knots
     q = from_matrix(qsw_axes(position(path, t), velocity(path, t))[0])
     changes = np.where((q[1:] * q[:-1]).sum(axis=-1) < 0.0, -1.0, 1.0)

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from ..kernels.layout import OrbitCode
-from ..problem.initial_state import OrbitPath, PiecewisePolynomial
+from ..problem.initial_state import OrbitPath
 from ..samples.ephemeris_data import OrbitLimits
 from ..times import turn_rates
 
@@ -19,22 +18,9 @@ def position(path: OrbitPath, t: np.ndarray) -> np.ndarray:
 
 def velocity(path: OrbitPath, t: np.ndarray) -> np.ndarray:
     """(n, 3) m/s, inertial; t (n,) s since the epoch."""
-    if path.velocities is not None:
-        return evaluate(own_velocity(path), np.asarray(t, dtype=float))
-    return state(path, np.asarray(t, dtype=float), 1)
-
-
-def evaluate(polynomial: PiecewisePolynomial, t: np.ndarray, derivative: int = 0) -> np.ndarray:
-    """(n, c): the vector, or a derivative by time, s; the outermost polynomials extrapolate."""
-    count, degree = polynomial.coefficients.shape[0], polynomial.coefficients.shape[2] - 1
-    scaled = (t - polynomial.start) / polynomial.length
-    interval = np.clip(np.floor(scaled), 0, count - 1).astype(np.int64)
-    x, coefficients = 2.0 * (scaled - interval) - 1.0, polynomial.coefficients[interval]
-    value = np.zeros((t.size, coefficients.shape[1]))
-    for k in range(degree, derivative - 1, -1):
-        factor = math.perm(k, derivative)
-        value = value * x[:, None] + factor * coefficients[:, :, k]
-    return value / (0.5 * polynomial.length) ** derivative
+    t = np.asarray(t, dtype=float)
+    own = path.velocity_polynomial
+    return state(path, t, 1) if own is None else own(t)
 
 
 def eccentric_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
@@ -76,7 +62,7 @@ def hyperbolic_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
 
 def least_distance(path: OrbitPath) -> float:
     """Least distance from the central body, m; of a table at nine instants of each interval."""
-    if path.numbers[0] == OrbitCode.KEPLER:
+    if path.is_keplerian:
         return float(path.numbers[1] * (1.0 - path.numbers[2]))
     return float(np.sqrt((position(path, samples(path)) ** 2).sum(axis=1).min()))
 
@@ -87,11 +73,11 @@ def limits(path: OrbitPath) -> OrbitLimits:
     On an interval of polynomials of x from -1 to 1 a derivative is at most the sum of its coefficients'
     lengths, some tens of percent above the greatest where intervals are short parts of a revolution.
     """
-    if path.numbers[0] == OrbitCode.KEPLER:
+    if path.is_keplerian:
         a, e, rate = path.numbers[1], path.numbers[2], path.numbers[6]
         speed = a * rate * math.sqrt((1.0 + e) / (1.0 - e))
         return OrbitLimits(float(speed), float(a * rate**2 / (1.0 - e) ** 2), float(a * (1.0 - e)), 0.0)
-    polynomial = as_polynomial(path)
+    polynomial = path.polynomial
     size = np.linalg.norm(polynomial.coefficients, axis=1)
     k = np.arange(size.shape[1])
     speed = float((size @ k).max() / (0.5 * polynomial.length))
@@ -104,9 +90,9 @@ def limits(path: OrbitPath) -> OrbitLimits:
 
 def normals(path: OrbitPath) -> np.ndarray:
     """(n, 3): unit normals of the orbital plane; of a table at the ends of its intervals."""
-    if path.numbers[0] == OrbitCode.KEPLER:
+    if path.is_keplerian:
         return np.cross(path.numbers[7:10], path.numbers[10:13])[None]
-    polynomial = as_polynomial(path)
+    polynomial = path.polynomial
     t = polynomial.start + polynomial.length * np.arange(len(polynomial.coefficients) + 1)
     normal = np.cross(position(path, t), velocity(path, t))
     size = np.linalg.norm(normal, axis=1)
@@ -115,29 +101,18 @@ def normals(path: OrbitPath) -> np.ndarray:
 
 def samples(path: OrbitPath) -> np.ndarray:
     """(n,) s: instants dense enough to find maxima along the orbit: 720 a revolution, 9 an interval."""
-    if path.numbers[0] == OrbitCode.KEPLER:
+    if path.is_keplerian:
         E = math.tau * np.arange(-360, 360) / 720.0  # even in E: dense near the pericentre, and one there
         mean = (E - path.numbers[2] * np.sin(E)) / math.tau
         return (mean - path.numbers[3]) * path.period
-    polynomial = as_polynomial(path)
+    polynomial = path.polynomial
     return polynomial.start + polynomial.length * np.arange(8 * len(polynomial.coefficients) + 1) / 8.0
-
-
-def as_polynomial(path: OrbitPath) -> PiecewisePolynomial:
-    """Return the polynomials of a path that is not Keplerian."""
-    return PiecewisePolynomial(float(path.numbers[1]), float(path.numbers[2]), path.coefficients)
-
-
-def own_velocity(path: OrbitPath) -> PiecewisePolynomial:
-    """Return the polynomials of the velocities that a path states beside its positions."""
-    assert path.velocities is not None
-    return PiecewisePolynomial(float(path.numbers[1]), float(path.numbers[2]), path.velocities)
 
 
 def state(path: OrbitPath, t: np.ndarray, derivative: int) -> np.ndarray:
     """(n, 3): position, m, or its first derivative, m/s, inertial; t (n,) s since the epoch."""
-    if path.numbers[0] == OrbitCode.TABLE:
-        return evaluate(as_polynomial(path), t, derivative)
+    if not path.is_keplerian:
+        return path.polynomial(t, derivative)
     a, e, start, high, low, rate = path.numbers[1:7]
     P, Q = path.numbers[7:10], path.numbers[10:13]
     turn = start + turn_rates.fraction_of_turn(t, high, low)

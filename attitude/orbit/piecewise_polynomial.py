@@ -1,4 +1,4 @@
-"""Piecewise polynomials that interpolate a vector function of time, checked against it."""
+"""Paths on piecewise polynomials that interpolate a function of time and are checked against it."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import numpy as np
 
 from .. import stopping
 from ..errors import InputError
-from ..problem.initial_state import PiecewisePolynomial
-from .path_states import evaluate
+from ..kernels.layout import ORBIT_WIDTH, OrbitCode
+from ..problem.initial_state import CentralBody, OrbitPath, PiecewisePolynomial
 
+PIECES_PER_REVOLUTION = 12  # the longest
 # Degree 9 over a twelfth of a revolution leaves 1e-15 of a circle, and rounding in powers of -1 to 1 3e-13;
 # an ellipse takes more intervals.
 DEGREE = 9
@@ -22,6 +23,46 @@ BLOCK_INSTANTS = 1 << 14  # at which a function is evaluated at once
 BETWEEN = np.concatenate([[1e-3], 0.5 - 0.5 * np.cos(np.pi * np.arange(1, DEGREE + 1) / (DEGREE + 1))])
 
 VectorFunction = Callable[[np.ndarray], np.ndarray]
+
+
+def function_path(
+    function: VectorFunction,
+    span: tuple[float, float],
+    period: float,
+    central: CentralBody,
+    tolerance: float,
+    field: str,
+) -> OrbitPath:
+    """Return the path of a function of time: interpolated to a tolerance, relative to the distance.
+
+    `refined` goes through it in intervals half as long, so that what interpolation leaves is in the bound.
+
+    Parameters
+    ----------
+    function : (n,) s -> (n, 3) m, or (n, 6) m and m/s
+    span : s, from where to where it is interpolated
+    period : s, of one revolution, or in which the path bends as much
+    field : named in the error where it takes too many polynomials
+    """
+    start, stop = span
+    polynomial = interpolated(function, start, stop, period / PIECES_PER_REVOLUTION, tolerance, field)
+    refined = interpolated_evenly(function, start, stop, 2 * len(polynomial.coefficients))
+    return tabulated_path(polynomial, period, central, refined)
+
+
+def tabulated_path(
+    polynomial: PiecewisePolynomial,
+    period: float,
+    central: CentralBody,
+    refined: PiecewisePolynomial | None = None,
+) -> OrbitPath:
+    """Return the path on piecewise polynomials of positions, or of positions and velocities; period in s."""
+    numbers = np.zeros(ORBIT_WIDTH)
+    numbers[:3] = OrbitCode.TABLE, polynomial.start, polynomial.length
+    both = polynomial.coefficients
+    positions, velocities = np.ascontiguousarray(both[:, :3]), both[:, 3:] if both.shape[1] > 3 else None
+    better = None if refined is None else tabulated_path(refined, period, central)
+    return OrbitPath(numbers, positions, period, central, better, velocities)
 
 
 def interpolated(
@@ -124,7 +165,7 @@ def _relative_error(function: VectorFunction, polynomial: PiecewisePolynomial) -
     intervals = np.arange(len(polynomial.coefficients))[:, None]
     t = (polynomial.start + polynomial.length * (intervals + BETWEEN)).reshape(-1)
     expected = _in_blocks(function, t)[:, :3]
-    error = np.sqrt(((evaluate(polynomial, t)[:, :3] - expected) ** 2).sum(axis=1))
+    error = np.sqrt(((polynomial(t)[:, :3] - expected) ** 2).sum(axis=1))
     length = np.linalg.norm(expected, axis=1)
     return float((error / length).max()) if (length > 0.0).all() else math.inf
 

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from .. import units
 from ..errors import InputError
 from ..problem.initial_state import CentralBody, OrbitPath
 from ..samples.interpolation import hermite_vectors, lagrange_basis, weighted
-from .path_states import evaluate
-from .piecewise_polynomial import interpolated, interpolated_evenly
-from .polynomial_path import PIECES_PER_REVOLUTION, tabulated_path
+from .piecewise_polynomial import (
+    MAX_INTERVALS,
+    PIECES_PER_REVOLUTION,
+    VectorFunction,
+    interpolated,
+    interpolated_evenly,
+    tabulated_path,
+)
 
 MIN_POINTS = 4
 # Rows of the polynomials that are tried: of positions alone, and with velocities.  The error of each is its
@@ -22,19 +27,7 @@ MIN_POINTS = 4
 POSITION_WINDOWS, STATE_WINDOWS = (4, 6, 8, 10, 12, 14), (2, 4, 6, 8)
 ROWS_OF_ROUNDING = 14  # of the polynomials from which each row is predicted without itself
 MAX_OVER_MEDIAN = 8.0  # of what rows are off these polynomials by rounding
-# By what the path for the estimate exaggerates its distance from the answer's: of rounding it knows no more
-# than the size.
-EXAGGERATION = 3.0
-MAX_TRIED_INSTANTS = 20_000
-MAX_RELATIVE_ERROR = 1e-3  # of the distance: beyond it points are too far apart to say where the body is
-MAX_RELATIVE_VELOCITY = 5e-3  # of the speed, by which a velocity may differ from the positions' derivative
-# Of the distance: below it no torque shows an error, and rounding of the polynomials is not far.
-LEAST_RELATIVE_ERROR = 1e-12
-# Seconds that a span may reach beyond a table: dates are rounded to a microsecond.
-SLACK = 2e-6
-PIECES_PER_INTERVAL, MAX_PIECES = 4, 200_000
-
-Curve = Callable[[np.ndarray], np.ndarray]  # (n,) s -> (n, 3) m
+SLACK = 2e-6  # s, that a span may reach beyond a table: dates are rounded to a microsecond
 
 
 class Curves(NamedTuple):
@@ -47,8 +40,8 @@ class Curves(NamedTuple):
     rows : that it goes through
     """
 
-    curve: Curve
-    better: Curve
+    curve: VectorFunction
+    better: VectorFunction
     error: float
     rows: int
 
@@ -92,21 +85,14 @@ def check_table(
         if len(values) != len(table.seconds):
             expected = f"{len(table.seconds)}, one for each of times"
             raise InputError(name, f"{len(values)} vectors", expected)
-        _refuse_first(
-            name, ~np.isfinite(values).reshape(len(values), -1).all(axis=1), values, "finite numbers"
-        )
+        lost = ~np.isfinite(values).reshape(len(values), -1).all(axis=1)
+        units.refuse_where(lost, values, name, "finite numbers")
     behind = np.concatenate([[False], ~(np.diff(table.seconds) > 0.0)])
-    _refuse_first(names[0], behind, table.seconds, "instants in ascending order, none twice")
+    units.refuse_where(behind, table.seconds, names[0], "instants in ascending order, none twice")
     radius = 0.0 if central.radius is None else central.radius
     inside = np.linalg.norm(table.positions, axis=1) <= radius
     outside = f"a position outside the central body (radius {radius:g} m)"
-    _refuse_first(names[1], inside, table.positions, outside)
-
-
-def _refuse_first(name: str, wrong: np.ndarray, values: np.ndarray, expected: str) -> None:
-    if wrong.any():
-        i = int(np.argmax(wrong))
-        raise InputError(f"{name}[{i}]", values[i].tolist(), expected)
+    units.refuse_where(inside, table.positions, names[1], outside)
 
 
 def table_path(
@@ -142,12 +128,14 @@ def curves_path(
     """Path along a curve over a span, s since the epoch; its period is that of the ellipse at `start`."""
     (curve, better, error, rows), (first, last) = curves, span
     period = _period(curve, start, last - first, central.mu)
-    least = max((last - first) / min(MAX_PIECES, PIECES_PER_INTERVAL * rows), 1e-300)
-    longest, tolerance = period / PIECES_PER_REVOLUTION, max(error, LEAST_RELATIVE_ERROR)
+    least = max((last - first) / min(MAX_INTERVALS, 4 * rows), 1e-300)
+    # below 1e-12 of the distance no torque shows an error, and rounding of the polynomials is not far
+    longest, tolerance = period / PIECES_PER_REVOLUTION, max(error, 1e-12)
     polynomial = interpolated(curve, first, last, longest, tolerance, field, least)
 
     def beyond(t: np.ndarray) -> np.ndarray:
-        return curve(t) + EXAGGERATION * (better(t) - curve(t))
+        # the distance is exaggerated: of the rows' rounding no more is known than its size
+        return curve(t) + 3.0 * (better(t) - curve(t))
 
     refined = interpolated_evenly(beyond, first, last, 2 * len(polynomial.coefficients))
     return tabulated_path(polynomial, period, central, refined)
@@ -208,7 +196,7 @@ def best_curves(table: StateTable, field: str, count: int | None = None) -> Curv
     count : rows that each polynomial goes through, where this is prescribed; also through velocities if the
         table has them
     """
-    seconds, stride = table.seconds, max(1, len(table.seconds) // MAX_TRIED_INSTANTS)
+    seconds, stride = table.seconds, max(1, len(table.seconds) // 20_000)  # at the most so many are tried
     rows = np.unique(np.append(np.arange(0, len(seconds) - 1, stride), len(seconds) - 2))
     middles = 0.5 * (seconds[rows] + seconds[rows + 1])
     alone = table._replace(velocities=None)
@@ -220,7 +208,7 @@ def best_curves(table: StateTable, field: str, count: int | None = None) -> Curv
         tried = _errors(table, (min(count, len(seconds)), count + 2), middles)
     errors, own, one, more = min(tried, key=lambda one: float(one[0].max()))
     error = float(errors.max())
-    if not error <= MAX_RELATIVE_ERROR:
+    if not error <= 1e-3:  # of the distance: points too far apart to say where the body is
         i = int(rows[np.argmax(errors)])
         apart = f"{(seconds[i + 1] - seconds[i]).item():g} s apart"
         expected = "rows close enough to interpolate the positions between them"
@@ -242,9 +230,9 @@ def _check_velocities(table: StateTable, alone: StateTable, count: int, more: in
     slopes, others = (interpolate_states(alone, n, table.seconds, derivative=1) for n in (count, more))
     differences = slopes - table.velocities, table.velocities, slopes - others
     off, speed, uncertain = (np.linalg.norm(v, axis=1) for v in differences)
-    wrong = off > MAX_RELATIVE_VELOCITY * speed + MAX_OVER_MEDIAN * uncertain
+    wrong = off > 5e-3 * speed + MAX_OVER_MEDIAN * uncertain
     expected = "the derivative of the positions, in the same inertial axes"
-    _refuse_first("velocities.value", wrong, table.velocities, expected)
+    units.refuse_where(wrong, table.velocities, "velocities.value", expected)
 
 
 def _errors(
@@ -269,11 +257,11 @@ def _relative(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return difference
 
 
-def _period(curve: Curve, t: float, span: float, mu: float) -> float:
+def _period(curve: VectorFunction, t: float, span: float, mu: float) -> float:
     """Period of the osculating ellipse at t, s; without one, or where it is longer, the span of the table."""
     step = 1e-3 * span
     piece = interpolated_evenly(curve, t, t + step, 1)
-    r, v = (evaluate(piece, np.array([t]), derivative)[0] for derivative in (0, 1))
+    r, v = (piece(np.array([t]), derivative)[0] for derivative in (0, 1))
     inverse = 2.0 / float(np.sqrt(r @ r)) - float(v @ v) / mu
     if inverse <= 0.0:
         return span

@@ -13,17 +13,14 @@ from ..errors import InputError, warn
 from ..frames import rotations
 from ..frames.earth_fixed import scene_axes, teme
 from ..problem.initial_state import CentralBody, OrbitPath
-from ..times import instants
-from ..times.instants import as_instants
+from ..times.instants import Instants, as_instants
 from ..times.julian_dates import DAY
 from .orbit import OrbitDefinition, earth, parameter_text
-from .polynomial_path import PIECES_PER_REVOLUTION, function_path
+from .piecewise_polynomial import PIECES_PER_REVOLUTION, function_path
 
 if TYPE_CHECKING:
     from astropy.time import Time
 
-# SGP4 itself jumps by 1e-10 of r where its iteration for Kepler's equation takes one step more.
-TOLERANCE = 1e-9
 LINE_LENGTH = 69  # columns
 # Columns that hold a blank or a decimal point in every TLE, and therefore show a line that has slipped.
 COLUMNS = tuple(
@@ -32,15 +29,13 @@ COLUMNS = tuple(
 )
 
 
-TWO_LINES = "the two lines of a TLE, as a list or one text, with or without a name before them"
-
-
 def _lines(value: Any) -> Any:
     """The lines of a text, such as the content of a file; lists of lines as they are."""
     lines = [line for line in value.splitlines() if line.strip()] if isinstance(value, str) else value
     if not isinstance(lines, (list, tuple)) or len(lines) not in (2, 3):
         count = f"{len(lines)} lines" if isinstance(lines, (list, tuple)) else value
-        raise InputError("", count, TWO_LINES)
+        expected = "the two lines of a TLE, as a list or one text, with or without a name before them"
+        raise InputError("", count, expected)
     return lines
 
 
@@ -86,15 +81,15 @@ class TwoLine(OrbitDefinition):
 
         def states(t: np.ndarray) -> np.ndarray:
             r, v = _teme(satellite, t - offset)
-            turn = teme(instants.Instants(t, None, epoch))
+            turn = teme(Instants(t, None, epoch))
             v = v + np.cross(turn.rate, r)  # of axes that precess
             back = rotations.conjugate(turn.quaternion)
             vectors = [rotations.rotate(back, vector) @ from_gcrf.T for vector in (r, v)]
             return np.concatenate(vectors, axis=1)
 
-        return function_path(
-            states, (start - margin, stop + margin), period, self.central(), TOLERANCE, "tle"
-        )
+        span = start - margin, stop + margin
+        tolerance = 1e-9  # SGP4 jumps by 1e-10 where its iteration for Kepler's equation takes a step more
+        return function_path(states, span, period, self.central(), tolerance, "tle")
 
     def central(self) -> CentralBody:
         """Return the Earth, with the document's `mu` if it has one."""
@@ -139,8 +134,7 @@ def _check_line(line: str, i: int) -> None:
             raise InputError(field, line, f"{name}, with {shown} in column {column}")
     checksum = sum(int(c) if c.isdigit() else c == "-" for c in line[: LINE_LENGTH - 1]) % 10
     if len(line) < LINE_LENGTH:
-        text = f"{field}: the checksum is missing, and nothing tells whether the line is damaged"
-        warn(text)
+        warn(f"{field}: the checksum is missing, and nothing tells whether the line is damaged")
     elif checksum != int(line[-1]):
         raise InputError(field, line, f"a line whose checksum, column {LINE_LENGTH}, is {checksum}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -28,6 +29,17 @@ class PiecewisePolynomial(NamedTuple):
     start: float
     length: float
     coefficients: np.ndarray
+
+    def __call__(self, t: np.ndarray, derivative: int = 0) -> np.ndarray:
+        """(n, 3): the vector at t (n,) s, or a derivative of it by time."""
+        count, degree = self.coefficients.shape[0], self.coefficients.shape[2] - 1
+        scaled = (t - self.start) / self.length
+        interval = np.clip(np.floor(scaled), 0, count - 1).astype(np.int64)
+        x, coefficients = 2.0 * (scaled - interval) - 1.0, self.coefficients[interval]
+        value = np.zeros((t.size, coefficients.shape[1]))
+        for k in range(degree, derivative - 1, -1):
+            value = value * x[:, None] + math.perm(k, derivative) * coefficients[:, :, k]
+        return value / (0.5 * self.length) ** derivative
 
 
 class Passages(NamedTuple):
@@ -99,9 +111,26 @@ class OrbitPath(NamedTuple):
     velocities: np.ndarray | None = None
 
     @property
+    def is_keplerian(self) -> bool:
+        """Whether this is an ellipse in closed form, and not piecewise polynomials."""
+        return bool(self.numbers[0] == OrbitCode.KEPLER)
+
+    @property
+    def polynomial(self) -> PiecewisePolynomial:
+        """The polynomials of the positions, m, of a path that is not Keplerian."""
+        return PiecewisePolynomial(float(self.numbers[1]), float(self.numbers[2]), self.coefficients)
+
+    @property
+    def velocity_polynomial(self) -> PiecewisePolynomial | None:
+        """The polynomials of the velocities, m/s, that a model states beside its positions; or None."""
+        if self.velocities is None:
+            return None
+        return self.polynomial._replace(coefficients=self.velocities)
+
+    @property
     def max_rate(self) -> float:
         """Speed over distance where it is greatest, rad/s; of a table in the middle of an interval."""
-        if self.numbers[0] == OrbitCode.KEPLER:
+        if self.is_keplerian:
             e, mean_motion = self.numbers[2], self.numbers[6]
             return float(mean_motion * np.sqrt((1.0 + e) / (1.0 - e) ** 3))
         place, change = np.moveaxis(self.coefficients[:, :, :2], 2, 0)

@@ -18,11 +18,6 @@ from ..kernels.layout import BODY_VECTORS, AirPiece, DragRow, EffectCode
 from ..rigid_body.body import RigidBody
 from .initial_state import InitialState
 
-# A body and an attitude without any symmetry, to find out on what the rows of a torque depend.
-PROBE_INERTIA = ((5.0, 0.3, -0.2), (0.3, 4.0, 0.1), (-0.2, 0.1, 3.0))
-PROBE_ATTITUDE = (0.5, -0.5, 0.1, 0.7)
-ROTATION_TOLERANCE = 1e-12  # of the components of a rotated vector, relative to the greatest
-
 
 def turned(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """(..., 3): matrix @ vector, broadcast."""
@@ -44,8 +39,8 @@ def _sphere() -> RigidBody:
 
 @cache
 def _probe(exponent: int) -> RigidBody:
-    """A body without symmetry, times a power of two."""
-    return RigidBody(np.ldexp(PROBE_INERTIA, exponent))
+    """A body without any symmetry, times a power of two."""
+    return RigidBody(np.ldexp(((5.0, 0.3, -0.2), (0.3, 4.0, 0.1), (-0.2, 0.1, 3.0)), exponent))
 
 
 def turned_rows(rows: np.ndarray, axes: np.ndarray) -> np.ndarray:
@@ -87,7 +82,7 @@ def follows_axes(torque: Any, own: np.ndarray, initial_state: InitialState) -> b
     probe = replace(
         initial_state,
         body=_probe(math.frexp(float(initial_state.moments.max()))[1]),
-        attitude=np.array(PROBE_ATTITUDE),
+        attitude=np.array((0.5, -0.5, 0.1, 0.7)),
         rate=1.7 * np.asarray(initial_state.rate) + 0.1,
         order=(2, 0, 1),
     )
@@ -105,7 +100,7 @@ def _agree(rows: np.ndarray, expected: np.ndarray) -> bool:
         offsets = BODY_VECTORS.get(int(row[0]), ())
         vectors = [slice(offset, offset + 3) for offset in offsets]
         for part in [slice(1, 10)] if row[0] == EffectCode.EDDY else vectors:
-            tolerance[k, part] = ROTATION_TOLERANCE * np.abs(row[part]).max()
+            tolerance[k, part] = 1e-12 * np.abs(row[part]).max()
     with np.errstate(invalid="ignore"):  # of two that are infinite
         near = np.abs(rows - expected) <= tolerance
     return bool((near | (rows == expected)).all())

@@ -20,7 +20,7 @@ from attitude.effects.sun import from_earth
 from attitude.frames.celestial import SUN_RADIUS
 from attitude.kernels.solvers.plate_layout import Light, ShadowModel
 from attitude.orbit.orbit import earth
-from attitude.orbit.path_states import eccentric_anomaly, evaluate, position, state, velocity
+from attitude.orbit.path_states import eccentric_anomaly, position, state, velocity
 from attitude.problem.initial_state import PiecewisePolynomial
 from attitude.times import turn_rates
 from tests.effects.scenes import KEPLER, built, document, effect, quantity, scene
@@ -329,12 +329,12 @@ def test_sun_is_where_astropy_has_it():
     t = np.linspace(0.0, 40 * 86400.0, 50)
     when = EPOCH + TimeDelta(t, format="sec")
     expected = (get_body_barycentric("sun", when) - get_body_barycentric("earth", when)).xyz.to_value(u.m).T
-    assert np.abs(evaluate(sun, t) - expected).max() < 1e-9 * 1.5e11
+    assert np.abs(sun(t) - expected).max() < 1e-9 * 1.5e11
 
 
 def test_sun_of_the_equinox_is_towards_the_equinox():
     # 2026-03-20 14:46 UTC (Astronomical Almanac): declination of date 0, so x of date, 0.5 degrees/day
-    sun = evaluate(from_earth(EPOCH, "ECLIPJ2000", 0.0, 1e4), np.array([10000.0]))[0]
+    sun = from_earth(EPOCH, "ECLIPJ2000", 0.0, 1e4)(np.array([10000.0]))[0]
     longitude = math.degrees(math.atan2(sun[1], sun[0]))
     # the equinox has moved by 50.3 arcseconds a year since 2000; light takes 20 arcseconds' time
     assert longitude == pytest.approx(-50.29 * 26.22 / 3600, abs=0.012)
@@ -359,7 +359,7 @@ def sunlit(made, sun, radius, start, stop):
 def discs(made, sun, radius, t):
     """Apparent radii of the Sun and of the central body, and the angle between their centres: (3, n) rad."""
     r = position(made, t)
-    to_sun = evaluate(sun, t) - r
+    to_sun = sun(t) - r
     distance, height = np.linalg.norm(to_sun, axis=1), np.linalg.norm(r, axis=1)
     between = np.arctan2(np.linalg.norm(np.cross(to_sun, -r), axis=1), -(to_sun * r).sum(axis=1))
     return np.array([np.arcsin(SUN_RADIUS / distance), np.arcsin(radius / height), between])

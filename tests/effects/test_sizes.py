@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from attitude import TorqueFreeMotion
 from attitude.effects.plates import COVERING, directions
-from attitude.orbit.path_states import evaluate, position, samples, velocity
+from attitude.orbit.path_states import position, samples, velocity
 from tests.effects.scenes import EFFECTS, TORQUES, built, effect, quantity, scene, torque
 
 TENSOR = {"body": {"tensor": [[3, 0.3, -0.1], [0.3, 2, 0.2], [-0.1, 0.2, 4]], "unit": "kg m2"}}
@@ -32,7 +32,7 @@ def test_estimate_is_above_the_greatest_torque_and_close_to_it(name):
     to_sun = made.sun(initial_state)
     actual = 0.0
     for k, R in enumerate(Rotation.random(4000, rng=rng).as_matrix()):
-        s = None if to_sun is None else evaluate(to_sun, t[k : k + 1])[0]
+        s = None if to_sun is None else to_sun(t[k : k + 1])[0]
         total = sum(torque(row, initial_state.moments, R, np.zeros(3), r[k], v[k], t[k], s) for row in rows)
         actual = max(actual, float(np.linalg.norm(total)))
     assert REACHED[name] * made.size(initial_state) <= actual <= made.size(initial_state) * (1 + 1e-12)
