@@ -93,6 +93,10 @@ def test_what_is_wrong_in_a_chunk_is_said_when_it_is_reached(motion):
         ((0.0, 1.0, 2, None, "kg"), "times.unit: a unit of time"),
         ((0.0, "2020-01-01", 2), "times.start: a date where stop is a date, a number where it is a number"),
         (("2020-01-01", "tomorrow", 2), "times.stop: a date such as"),
+        ((None, 1.0, 2), "times.start: a finite number; got nothing"),
+        (([0.0, 1.0], 1.0, 2), "times.start: a finite number"),
+        ((0.0, 5.0 * u.min, 2), "times.stop: a finite number; got <Quantity 5. min>"),
+        ((0.0, 1.0, None, "0.5"), "times.step: numbers; got '0.5'"),
     ],
 )
 def test_grid_refuses(arguments, message):

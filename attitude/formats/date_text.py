@@ -11,7 +11,8 @@ import numpy as np
 from astropy.time import Time
 
 from ..times import leap_seconds
-from ..times.instants import Instants, with_ut1
+from ..times.instants import Instants
+from ..times.time_scales import with_ut1
 from .text_rows import array, contents
 
 ISO_BYTES = 29  # of a date with nanoseconds

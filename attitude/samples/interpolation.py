@@ -15,7 +15,6 @@ from ..times.instants import Instants
 
 MAX_STATED_DEGREE = 31  # that a file may state (SPICE takes 27): memory and time grow with its square
 DATE_ROUNDING = 1e-9  # s, of dates in files, and more than that of dates in doubles
-MIN_LENGTH = 0.1  # of a polynomial through unit quaternions; where it is shorter they are too far apart
 
 
 class InterpolationMethod(NamedTuple):
@@ -112,7 +111,7 @@ def interpolate(segment: InterpolationSegment, instants: Instants) -> tuple[np.n
     """
     nodes = segment.instants
     origin = nodes.seconds[0]
-    t, at = _since(nodes, origin), _since(instants, origin)
+    t, at = nodes.since(origin), instants.since(origin)
     if t.size == 1:
         q, rate = np.repeat(segment.attitude[..., :1, :], at.size, axis=-2), segment.rate
         return q, None if rate is None else np.repeat(rate[..., :1, :], at.size, axis=-2)
@@ -157,12 +156,6 @@ def _interpolated(
     if segment.method.kind == "slerp":
         return _slerp(attitude, weights[:, 1]), None if rate is None else weighted(weights, rate)
     return _unit(weighted(weights, attitude)), None if rate is None else weighted(weights, rate)
-
-
-def _since(instants: Instants, origin: float) -> np.ndarray:
-    low = instants.seconds_low
-    seconds = instants.seconds - origin
-    return seconds if low is None else seconds + low
 
 
 def lagrange_basis(t: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -229,7 +222,7 @@ def _slerp(attitude: np.ndarray, fraction: np.ndarray) -> np.ndarray:
 def _unit(q: np.ndarray) -> np.ndarray:
     """Quaternions divided by their lengths; RegimeError where a polynomial has hardly any."""
     length = np.sqrt((q * q).sum(axis=-1, keepdims=True))
-    if not (length > MIN_LENGTH).all():
+    if not (length > 0.1).all():
         raise RegimeError(
             "resampled: attitudes of the file are too far apart for its polynomial, which passes near zero"
         )

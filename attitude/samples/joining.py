@@ -10,13 +10,10 @@ import numpy as np
 
 from ..errors import InputError
 from ..times.instants import Instants, as_instants
-from ..times.two_part import two_sum
 from .ephemeris_data import EphemerisData
 from .event import Event
 from .interpolation import Interpolation
 from .provenance import FROM_A_FILE, Plan
-
-MAX_ROUNDING = 1e-9  # s, of dates in files
 
 
 def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisData:
@@ -41,7 +38,7 @@ def joined(parts: Sequence[EphemerisData], names: Sequence[str]) -> EphemerisDat
     notes = []
     for k, ((before, after), name) in enumerate(zip(pairwise(moved), names[1:], strict=True)):
         last, first = float(before.elapsed[-1]), float(after.elapsed[0])
-        if abs(first - last) <= MAX_ROUNDING:
+        if abs(first - last) <= 1e-9:  # the rounding of dates in files
             instants = before.instants  # of which the last is the double before
             seconds, rest = instants.seconds.copy(), instants.low.copy()
             seconds[-1], rest[-1] = np.nextafter(first, -np.inf), 0.0
@@ -89,19 +86,14 @@ def _since(part: EphemerisData, first: EphemerisData) -> EphemerisData:
             segment._replace(
                 start=segment.start + shift,
                 stop=segment.stop + shift,
-                instants=_moved(segment.instants, offset),
+                instants=segment.instants.counted_from(offset),
             )
             for segment in interpolation.segments
         )
         interpolation = replace(interpolation, segments=segments)
     return replace(
         part,
-        instants=_moved(part.instants, offset),
+        instants=part.instants.counted_from(offset),
         events=tuple(replace(event, seconds=event.seconds + shift) for event in part.events),
         interpolation=interpolation,
     )
-
-
-def _moved(instants: Instants, offset: Instants) -> Instants:
-    seconds, low = two_sum(instants.seconds, offset.seconds)
-    return Instants(seconds, low + instants.low + offset.low, offset.epoch, scale=instants.scale)

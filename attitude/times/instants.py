@@ -10,22 +10,21 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
-from functools import cache, cached_property, lru_cache, partial
+from functools import cached_property, partial
 from typing import Any
 
 import erfa
 import numpy as np
 from astropy import units as u
-from astropy.time import ScaleValueError, Time, TimeDelta
+from astropy.time import Time, TimeDelta
 
 from .. import units
 from ..errors import InputError, whole_number
 from ..runtime import compiled
 from ..runtime.threads import ranges, run
 from .iso8601 import dated
+from .time_scales import tai_days, to_tai, with_ut1
 from .two_part import two_sum
-
-MIN_INSTANTS_PER_THREAD = 500_000  # fewer are copied before a thread has started
 
 
 class Instants:
@@ -59,6 +58,25 @@ class Instants:
         dated = epoch if time is None else time
         self.scale = dated.scale if scale is None and dated is not None else scale
 
+    @classmethod
+    def from_time(cls, time: Time, epoch: Time, field: str) -> Instants:
+        """The instants of a Time since the epoch; InputError where one is masked or not finite."""
+        _refuse_missing(time, field)
+        tai, start = to_tai(time, field), to_tai(epoch, "epoch")
+        parts = _seconds_since(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2))
+        return cls(*parts, epoch, with_ut1(time).copy()).finite(field)
+
+    @classmethod
+    def from_delta(cls, delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
+        """The instants of a TimeDelta since the epoch, which one in TDB, TCB, TCG or UT1 needs."""
+        _refuse_missing(delta, field)
+        if delta.scale in ("tdb", "tcb", "tcg", "ut1") and epoch is not None:
+            return cls.from_time(getattr(with_ut1(epoch, delta.scale), delta.scale) + delta, epoch, field)
+        if delta.scale not in (None, "tai", "tt"):
+            expected = "one in TAI or TT, or an epoch to count it from"
+            raise InputError(field, f"a TimeDelta in {delta.scale}", expected)
+        return cls(*_seconds_since(delta.jd1, delta.jd2, 0.0, 0.0), epoch).finite(field)
+
     @property
     def low(self) -> np.ndarray:
         """`seconds_low`, or zeros, s."""
@@ -86,6 +104,16 @@ class Instants:
         warnings.warn("Instants.farthest is now Instants.max_abs_seconds", DeprecationWarning, stacklevel=2)
         return self.max_abs_seconds
 
+    def since(self, origin: float) -> np.ndarray:
+        """Seconds after an instant, s since the epoch: near it they lose no digits."""
+        seconds = self.seconds - origin
+        return seconds if self.seconds_low is None else seconds + self.seconds_low
+
+    def counted_from(self, epoch: Instants) -> Instants:
+        """The same instants, by the seconds since the epoch of one, at which their own epoch is."""
+        seconds, low = two_sum(self.seconds, epoch.seconds)
+        return Instants(seconds, low + self.low + epoch.low, epoch.epoch, scale=self.scale)
+
     def finite(self, field: str, expected: str = "instants whose seconds are finite doubles") -> Instants:
         """These instants; InputError naming the first that is not finite."""
         if not math.isfinite(self.max_abs_seconds):
@@ -107,7 +135,7 @@ class Instants:
         """
         if self.epoch is None:
             raise InputError("epoch", None, "a Time, for instants to be dated")
-        start, below = _tai_days(float(self.epoch.jd1), float(self.epoch.jd2), self.epoch.scale)
+        start, below = tai_days(float(self.epoch.jd1), float(self.epoch.jd2), self.epoch.scale)
         days, days_low = self._days()
         whole = np.round(days)
         return start + whole, (days - whole) + (days_low + below)
@@ -129,7 +157,7 @@ class Instants:
             raise InputError(
                 "time", f"scale {self.scale!r}", f"instants that a calendar has ({error})"
             ) from None
-        _tai(time, "time")
+        to_tai(time, "time")
         time.format, time.precision = epoch.format, epoch.precision
         return time
 
@@ -144,18 +172,22 @@ def check_epoch(epoch: Any, field: str = "epoch") -> Time | None:
 
     Raises InputError for anything else, and for a Time that cannot be converted to TAI.
     """
-    if epoch is None:
+    time = None if epoch is None else _date(epoch, field)
+    if time is None and epoch is not None:
+        raise InputError(field, epoch, "an astropy Time, a datetime, ISO 8601 text (UTC), or None")
+    return time
+
+
+def _date(value: Any, field: str) -> Time | None:
+    """`check_epoch` of a date as users write it; None for what is no date."""
+    time = value if isinstance(value, Time) else dated(value, "utc", field)
+    if time is None:
         return None
-    if not isinstance(epoch, Time):
-        time = dated(epoch, "utc", field)
-        if time is None:
-            raise InputError(field, epoch, "an astropy Time, a datetime, ISO 8601 text (UTC), or None")
-        epoch = time
-    if not epoch.isscalar:
-        raise InputError(field, f"shape {epoch.shape}", "one Time for all bodies")
-    _refuse_missing(epoch, field)
-    _tai_days(float(epoch.jd1), float(epoch.jd2), epoch.scale, field)
-    return with_ut1(epoch).copy()
+    if not time.isscalar:
+        raise InputError(field, f"shape {time.shape}", "one Time for all bodies")
+    _refuse_missing(time, field)
+    tai_days(float(time.jd1), float(time.jd2), time.scale, field)
+    return with_ut1(time).copy()
 
 
 def as_instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) -> Instants:
@@ -178,13 +210,13 @@ def as_instants(t: Any, epoch: Time | None, field: str = "t", threads: int = 1) 
     if isinstance(t, Time):
         if epoch is None:
             raise InputError(field, "a Time", "elapsed time, or an epoch for the motion to count from")
-        return _from_time(t, epoch, field)
+        return Instants.from_time(t, epoch, field)
     if isinstance(t, TimeDelta):
-        return _from_delta(t, epoch, field)
-    if isinstance(t, u.Quantity) and t.unit != u.s:
-        units.si_array(t, units.SECOND, field)  # refuses other dimensions
-        return in_unit(units.finite_array(t.value, field), t.unit.to_string(), field, epoch)
+        return Instants.from_delta(t, epoch, field)
     if isinstance(t, u.Quantity):
+        if t.unit != u.s:
+            units.si_array(t, units.SECOND, field)  # refuses other dimensions
+            return in_unit(units.finite_array(t.value, field), t.unit.to_string(), field, epoch)
         t = t.value
     try:
         return _from_seconds(t, epoch, field, threads).finite(field, "finite numbers")
@@ -207,7 +239,7 @@ def _from_seconds(t: Any, epoch: Time | None, field: str, threads: int) -> Insta
         seconds[first:last] = source[first:last]
         maxima.append(_max_abs(seconds, first, last))
 
-    run(copy, ranges(t.size, threads if t.size >= MIN_INSTANTS_PER_THREAD else 1))
+    run(copy, ranges(t.size, threads if t.size >= 500_000 else 1))  # fewer are copied before a thread starts
     instants = Instants(seconds.reshape(t.shape), None, epoch)
     instants.max_abs_seconds = float(np.max(maxima, initial=0.0))  # NaN where any is
     return instants
@@ -233,87 +265,6 @@ def lazy_instants(t: Any, epoch: Time | None) -> tuple[Callable[[int, int], Inst
     if isinstance(t, Instants):
         return lambda first, last: t[first:last], t.shape[0]
     return lambda first, last: as_instants(t[first:last], epoch), t.shape[0]
-
-
-@lru_cache(maxsize=256)
-def _tai_days(jd1: float, jd2: float, scale: str, field: str = "epoch") -> tuple[float, float]:
-    """The Julian date of TAI in two parts; cached, because scenes share their epochs."""
-    tai = _tai(Time(jd1, jd2, format="jd", scale=scale), field)
-    return float(tai.jd1), float(tai.jd2)
-
-
-def _tai(time: Time, field: str) -> Time:
-    """The Time in TAI; what astropy cannot convert (UT1 outside its bundled tables) is refused."""
-    try:
-        return with_ut1(time).tai
-    except (ValueError, ScaleValueError, erfa.ErfaError) as error:
-        expected = f"a time that can be brought to TAI ({error})"
-        raise InputError(field, f"scale {time.scale!r}", expected) from None
-
-
-def with_ut1(time: Time, scale: str | None = None) -> Time:
-    """The same Time, prepared for conversion from UT1, or to it where `scale` is "ut1".
-
-    UT1 - UTC is interpolated in the tables that come with astropy (or in a table that the user has set as
-    `astropy.utils.iers.earth_orientation_table`) and stored in the Time.  So astropy looks nothing up
-    itself: there is no download, and its configuration is neither read nor changed, in whatever thread.
-
-    Raises ValueError for a time outside the table; astropy would extrapolate.
-    """
-    if "ut1" not in (time.scale, scale):
-        return time
-    from astropy.utils import iers
-
-    table = iers.earth_orientation_table.get()
-    if isinstance(table, iers.IERS_Auto):  # not the user's own
-        table = _bundled_ut1_table()
-    if time.scale != "ut1":
-        delta = _delta_ut1(table, time.utc.jd1, time.utc.jd2)
-    else:
-        delta = _delta_ut1(table, time.jd1, time.jd2)
-        if hasattr(time, "_delta_ut1_utc"):  # set by the user, or by an earlier conversion
-            return time
-        # looked up by UT1 it may be a second off beside a leap second: once more, by UTC, as astropy does
-        delta = _delta_ut1(table, *erfa.ut1utc(time.jd1, time.jd2, delta))
-    time = time.copy()
-    time.delta_ut1_utc = delta
-    return time
-
-
-def _delta_ut1(table: Any, jd1: Any, jd2: Any) -> Any:
-    """UT1 - UTC, s, at two-part Julian dates."""
-    from astropy.utils import iers
-
-    delta, status = table.ut1_utc(jd1, jd2, return_status=True)
-    if np.any((status == iers.TIME_BEFORE_IERS_RANGE) | (status == iers.TIME_BEYOND_IERS_RANGE)):
-        raise ValueError("UT1 - UTC is not in the tables for it")
-    return delta.to_value("s")
-
-
-@cache
-def _bundled_ut1_table() -> Any:
-    """The Earth orientation table that comes with astropy, of a class that never downloads."""
-    from astropy.utils import iers
-
-    return iers.IERS_A(iers.IERS_Auto.read(iers.IERS_A_FILE))
-
-
-def _from_time(time: Time, epoch: Time, field: str) -> Instants:
-    _refuse_missing(time, field)
-    tai, start = _tai(time, field), _tai(epoch, "epoch")
-    seconds, seconds_low = _seconds_since(tai.jd1, tai.jd2, float(start.jd1), float(start.jd2))
-    return Instants(seconds, seconds_low, epoch, with_ut1(time).copy()).finite(field)
-
-
-def _from_delta(delta: TimeDelta, epoch: Time | None, field: str) -> Instants:
-    _refuse_missing(delta, field)
-    if delta.scale in ("tdb", "tcb", "tcg", "ut1") and epoch is not None:
-        return _from_time(getattr(with_ut1(epoch, delta.scale), delta.scale) + delta, epoch, field)
-    if delta.scale not in (None, "tai", "tt"):
-        raise InputError(
-            field, f"a TimeDelta in {delta.scale}", "one in TAI or TT, or an epoch to count it from"
-        )
-    return Instants(*_seconds_since(delta.jd1, delta.jd2, 0.0, 0.0), epoch).finite(field)
 
 
 def _refuse_missing(time: Time | TimeDelta, field: str) -> None:
@@ -366,11 +317,9 @@ class Grid:
         if self._first_date is not None:
             elapsed = float(as_instants(last_date, self._first_date, "times.stop").seconds)
             start, stop = 0.0, elapsed * self._ratio[1] / self._ratio[0]
-        self.start, self.stop, self.unit = float(start), float(stop), unit
-        self.step = 0.0 if step is None else float(step)
-        for name in ("start", "stop", "step"):
-            if not np.isfinite(getattr(self, name)):
-                raise InputError(f"times.{name}", getattr(self, name), "a finite number")
+        self.unit = unit
+        self.start, self.stop = _number(start, "times.start"), _number(stop, "times.stop")
+        self.step = 0.0 if step is None else _number(step, "times.step")
         if count is None:
             if self.step <= 0.0:
                 raise InputError("times.step", self.step, "a number greater than 0")
@@ -401,10 +350,12 @@ class Grid:
         return Instants(seconds, seconds_low if seconds_low.any() else None, epoch).finite("times")
 
 
-def _date(value: Any, field: str) -> Time | None:
-    """The one date that a limit of a grid is; None for a number."""
-    time = value if isinstance(value, Time) else dated(value, "utc", field)
-    return None if time is None else check_epoch(time, field)
+def _number(value: Any, field: str) -> float:
+    """A float; InputError for what is not one finite number, as a Quantity, which has a unit of its own."""
+    number = np.nan if isinstance(value, u.Quantity) else units.float_array(value, field)
+    if np.ndim(number) or not np.isfinite(number):
+        raise InputError(field, value, "a finite number")
+    return float(number)
 
 
 def in_unit(values: np.ndarray, unit: str, field: str, epoch: Time | None) -> Instants:

@@ -18,7 +18,7 @@ from ...errors import FormatError, InputError, RegimeError
 from ...frames import rotations
 from ...samples.chunks import Samples
 from ...samples.ephemeris_data import EphemerisData
-from ...times.instants import with_ut1
+from ...times.time_scales import with_ut1
 from .. import schema
 from ..date_text import one_date
 from ..interpolation_nodes import split_at_jumps
