@@ -82,7 +82,13 @@ class TorqueFreeMotion:
             attitudes = rotations.attitude_quaternion(attitude, order)
         self.notes = tuple(notes)
         rates = check_rates(units.si_array(angular_velocity, units.RATE, "angular_velocity"))
-        self.shape = _batch_shape(body.shape, attitudes.shape[:-1], rates.shape[:-1])
+        shapes = body.shape, attitudes.shape[:-1], rates.shape[:-1]
+        try:
+            self.shape = np.broadcast_shapes(*shapes)
+        except ValueError:
+            received = "bodies {}, attitudes {}, angular velocities {}".format(*shapes)
+            expected = "leading dimensions that broadcast together"
+            raise InputError("angular_velocity", received, expected) from None
         self._batch = Batch(body, attitudes, rates, self.shape)
 
     # -- the motion in time ---------------------------------------------------------------
@@ -190,6 +196,8 @@ class TorqueFreeMotion:
         """
         from .windows.tumble_average import MeanAreas, mean_of_plate
 
+        if self.shape:
+            raise InputError("motion", f"{self.shape} bodies", "one body, such as motion[0]")
         vectors = units.finite_array(normals, "normals")
         sizes = units.si_array(areas, units.AREA, "areas")
         if vectors.ndim != 2 or vectors.shape[1] != 3 or sizes.shape != vectors.shape[:1]:
@@ -331,8 +339,8 @@ class TorqueFreeMotion:
         The period of precession quoted for tumbling asteroids and debris is 2 pi over this.
         For a constant rate, that rate.  Theory, eqs. (28) and (29).
         """
-        twice, circling = self._mean_rates()
-        return np.where(self._is_long_axis(), twice - circling, twice)[()]
+        twice, circling, is_long_axis = self._mean_rates()
+        return np.where(is_long_axis, twice - circling, twice)[()]
 
     @property
     def spin_axis_precession_rate(self) -> np.ndarray:
@@ -340,17 +348,14 @@ class TorqueFreeMotion:
 
         For a symmetric body spinning about its axis of symmetry this is the textbook's L / I_transverse.
         """
-        twice, circling = self._mean_rates()
-        return np.where(self._is_long_axis(), twice - circling, twice + circling)[()]
+        twice, circling, is_long_axis = self._mean_rates()
+        return np.where(is_long_axis, twice - circling, twice + circling)[()]
 
-    def _is_long_axis(self) -> np.ndarray:
-        return self._batch.fields("regime")["regime"] == Regime.LONG_AXIS
-
-    def _mean_rates(self) -> tuple[np.ndarray, np.ndarray]:
-        """2 lambda, and v' (half the polhode's angular rate times two), rad/s."""
-        precession, turn = self._batch.fields("precession")["precession"], 2.0 * np.pi
-        twice = 2.0 * turn * (precession[..., 0] + precession[..., 1])
-        return twice, turn / self.polhode_period
+    def _mean_rates(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """2 lambda, and v' (half the polhode's angular rate times two), rad/s; whether by the long axis."""
+        bodies, turn = self._batch.fields("precession", "regime"), 2.0 * np.pi
+        twice = 2.0 * turn * (bodies["precession"][..., 0] + bodies["precession"][..., 1])
+        return twice, turn / self.polhode_period, bodies["regime"] == Regime.LONG_AXIS
 
     @property
     def nutation_range(self) -> np.ndarray:
@@ -400,15 +405,6 @@ class TorqueFreeMotion:
         if self.shape:
             return f"<TorqueFreeMotion: {self.shape} bodies in {self.frame}>"
         return f"<TorqueFreeMotion: {self.regime}, polhode period {self.polhode_period:.9g} s, {self.frame}>"
-
-
-def _batch_shape(*shapes: tuple[int, ...]) -> tuple[int, ...]:
-    try:
-        return np.broadcast_shapes(*shapes)
-    except ValueError:
-        body, attitude, rate = shapes
-        received = f"bodies {body}, attitudes {attitude}, angular velocities {rate}"
-        raise InputError("angular_velocity", received, "leading dimensions that broadcast together") from None
 
 
 def _representable(value: np.ndarray, name: str) -> np.ndarray:

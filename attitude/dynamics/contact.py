@@ -31,7 +31,7 @@ from ..kernels.layout import (
 )
 from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse
-from ..rigid_body.phase_limit import max_phase_rate, refuse_too_far
+from ..rigid_body.error_bounds import max_phase_rate, refuse_too_far
 from ..runtime import compiled
 from ..samples.event import Event
 from ..samples.translation import parabola

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..kernels.layout import BODIES_PER_BLOCK, LIMB_BITS, LIMB_FIRST, REGIMES, ROW_STRIDE
 from ..motion import TorqueFreeMotion
-from ..rigid_body.phase_limit import max_phase_rate, refuse_too_far
+from ..rigid_body.error_bounds import max_phase_rate, refuse_too_far
 from ..runtime import compiled
 from ..scene.document import Scene
 from ..times.instants import Instants

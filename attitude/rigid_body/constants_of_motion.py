@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from copy import copy
 from functools import cache, cached_property
 from time import perf_counter
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,11 +23,9 @@ from ..runtime import compiled
 from ..runtime.threads import check, ranges, run
 from ..times.instants import Instants
 from .body import RigidBody
-from .error_bounds import THETA_FORM, form_of, solution
+from .error_bounds import THETA_FORM, form_of, max_phase_rate, refuse_too_far, solution
 from .partials import Partials, check_inertia
-from .phase_limit import max_phase_rate, refuse_too_far
 
-MIN_SAMPLES_PER_THREAD = 20_000
 MAX_CACHED_BODIES = 2**17  # whose records, 100 MiB, are cached
 BODIES_PER_BLOCK = 2**12  # whose records, 3 MiB, stay in a processor's cache until their samples are made
 
@@ -68,6 +66,9 @@ class Batch:
     InputError : a rate that no body so thin can have; for a batch whose records are not cached, when
         they are computed.
     """
+
+    arrays: ClassVar[tuple[str, ...]] = ("attitudes", "rates")  # attributes with something of each body
+    sample_kernel: ClassVar = compiled.sample  # writes quaternions and rates of records
 
     def __init__(self, body: RigidBody, attitudes: np.ndarray, rates: np.ndarray, shape: tuple[int, ...]):
         self.body = body
@@ -131,7 +132,7 @@ class Batch:
 
         Raises
         ------
-        ToleranceError : an instant is too far from the epoch (`phase_limit`).
+        ToleranceError : an instant is too far from the epoch (`refuse_too_far`).
         InputError : `out` is no writable float64 array of the quaternions' shape.
         """
         flat = instants.flattened()
@@ -149,7 +150,7 @@ class Batch:
             first_body, last_body, first, last = share
             for index, records in self.blocks(first_body, last_body):
                 self._refuse_too_far(records, instants)
-                self._sample_records(records, seconds, low, q, w, index, first, last)
+                self.sample_kernel(records, seconds, low, q, w, index, first, last)
 
         run(sample_share, self._shares(seconds.size, threads))
         axes = (*range(1, len(shape) + 1), 0)
@@ -166,7 +167,7 @@ class Batch:
         Records that are not cached are computed by each thread for bodies of its own.
         """
         if threads != 1:
-            threads = min(check(threads), self.size * instants // MIN_SAMPLES_PER_THREAD + 1)
+            threads = min(check(threads), self.size * instants // 20_000 + 1)  # each has samples enough
         if threads == 1:
             return [(0, self.size, 0, instants)]
         if self.size > instants or self._cached is None:
@@ -180,7 +181,8 @@ class Batch:
             part.__dict__.pop(name, None)
         part.body = self.body.broadcast_to(self.shape)[key]
         part.shape = part.body.shape
-        part.attitudes, part.rates = self.attitudes[key], self.rates[key]
+        for name in self.arrays:
+            setattr(part, name, getattr(self, name)[key])
         part.size = int(np.prod(part.shape))
         part._cached, part.seconds = None, self.seconds
         part._forms = np.ascontiguousarray(self._forms.reshape(self.shape)[key]).reshape(-1)
@@ -216,11 +218,10 @@ class Batch:
                 window = np.array([index, first, last, columns, 0])
                 compiled.partials(records, seconds, low, out, window, moments, axes, rates, *space)
                 if window[4]:
-                    text = (
+                    raise RegimeError(
                         "partials: beyond the range of a double: they grow exponentially on the separatrix, "
                         "and within 1e-147 of the axis of the middle moment"
                     )
-                    raise RegimeError(text)
 
         run(compute_share, self._shares(seconds.size, threads))
         matrix = out.reshape(*self.shape, 6, 12, *instants.shape)
@@ -241,14 +242,11 @@ class Batch:
         return tensors, moments, axes, rates, attitudes
 
     def _records(self, first: int, last: int) -> np.ndarray:
-        """Compute the records of bodies by their flat index."""
-        return self._computed_records(self._states(first, last), first)
-
-    def _computed_records(self, states: BodyStates, first: int) -> np.ndarray:
-        """Records of these bodies; notes their forms.
+        """Compute the records of bodies by their flat index, and note their forms.
 
         In vector lanes but for those that need more care: the kernel of lanes lists them.
         """
+        states = self._states(first, last)
         _tensors, moments, axes, rates, attitudes = states
         count = len(rates)
         out, others = np.empty(count, INVARIANTS), np.empty(count + 1, np.int64)
@@ -265,10 +263,6 @@ class Batch:
             self._refuse_out_of_range(records, first + index)
             out[index], forms[index] = records, form_of(records["regime"], records["route"])
         return out
-
-    def _sample_records(self, *arguments: Any) -> None:
-        """Write quaternions and rates; arguments as of `cayley_klein.sample`."""
-        compiled.sample(*arguments)
 
     def _refuse_out_of_range(self, records: np.ndarray, indices: np.ndarray) -> None:
         """Raise InputError for the first of these records, by flat indices, that is not finite."""

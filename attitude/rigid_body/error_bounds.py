@@ -1,10 +1,11 @@
-"""Proven bounds on the attitude error of each closed form (docs/theory.md, section 8)."""
+"""Bounds on the attitude error of each closed form (docs/theory.md, section 8), and how far they hold."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.layout import GyrostatRegime, GyrostatRoute, Regime, Route
+from ..errors import ToleranceError
+from ..kernels.layout import MAX_TURNS, GyrostatRegime, GyrostatRoute, Regime, Route
 
 BOUND_SOURCE = (
     "docs/theory.md, section 8, equation (34): a running error analysis of every operation of a sample, "
@@ -51,3 +52,22 @@ def solution(forms: np.ndarray, table: tuple[tuple[str, float], ...] = FORMS) ->
     if len(used) == 1:
         return used[0][0], bound
     return "; ".join(f"{name}: {count} bodies" for name, _, count in used), bound
+
+
+def max_phase_rate(bodies: np.ndarray) -> float:
+    """Turns/s of the fastest phase of these records; zero for no records."""
+    phases = (bodies[name][..., 0] for name in ("precession", "argument"))
+    return max(float(np.abs(rates).max(initial=0.0)) for rates in phases)
+
+
+def refuse_too_far(turns_per_second: float, farthest: float) -> None:
+    """Raise ToleranceError where the fastest phase makes more than MAX_TURNS turns up to an instant.
+
+    turns_per_second : `max_phase_rate` of the bodies; farthest : s, greatest of the instants' absolute values
+    """
+    if farthest * turns_per_second > MAX_TURNS:
+        limit = MAX_TURNS / turns_per_second
+        raise ToleranceError(
+            f"t: {farthest:.6g} s is beyond {limit:.6g} s, where this body has made "
+            f"{MAX_TURNS:.3g} turns and phases would lose digits; ask for nearer instants"
+        )

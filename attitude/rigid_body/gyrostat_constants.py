@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ..errors import RegimeError
 from ..kernels.layout import EXACT_SUM_LENGTH, GYROSTAT, Sum, workspace
 from ..runtime import compiled
 from .body import RigidBody
-from .constants_of_motion import Batch, BodyStates, with_tensors
+from .constants_of_motion import Batch, with_tensors
 from .error_bounds import GYROSTAT_FORMS, gyrostat_form_of, solution
 
 
@@ -28,6 +28,9 @@ class GyrostatBatch(Batch):
     RegimeError : a motion that no series here holds for: on the path to where equilibria merge, or nearer to
         an unstable one than the squares of doubles hold (1e-100).
     """
+
+    arrays: ClassVar[tuple[str, ...]] = (*Batch.arrays, "rotors")
+    sample_kernel: ClassVar = compiled.sample_gyrostats
 
     def __init__(
         self,
@@ -47,37 +50,20 @@ class GyrostatBatch(Batch):
         name, bound = solution(self._forms, GYROSTAT_FORMS)
         return name, bound * self._condition
 
-    def __getitem__(self, key: Any) -> Batch:
-        """The batch of these bodies, by index or slice of the batch dimensions."""
-        whole, self.rotors = self.rotors, self.rotors[key]
-        try:
-            return super().__getitem__(key)
-        finally:
-            self.rotors = whole
-
-    def _computed_records(self, states: BodyStates, first: int) -> np.ndarray:
-        count = len(states[1])
-        rotors = np.ascontiguousarray(self.rotors.reshape(-1, 3)[first : first + count])
-        out = np.zeros(count, GYROSTAT)
-        compiled.gyrostats(
-            *with_tensors(states),
-            rotors,
-            out,
-            np.empty((Sum.ROWS, EXACT_SUM_LENGTH)),
-            *workspace(),
-        )
-        self._forms[first : first + count] = gyrostat_form_of(out["regime"], out["route"], out["any_rotor"])
+    def _records(self, first: int, last: int) -> np.ndarray:
+        rotors = np.ascontiguousarray(self.rotors.reshape(-1, 3)[first:last])
+        out = np.zeros(last - first, GYROSTAT)
+        sums = np.empty((Sum.ROWS, EXACT_SUM_LENGTH))
+        states = with_tensors(self._states(first, last))
+        compiled.gyrostats(*states, rotors, out, sums, *workspace())
+        self._forms[first:last] = gyrostat_form_of(out["regime"], out["route"], out["any_rotor"])
         self._condition = max(self._condition, float(np.max(out["boost"], initial=1.0)))
         self._refuse_lost(out, first)
         return out
 
-    def _sample_records(self, *arguments: Any) -> None:
-        compiled.sample_gyrostats(*arguments)
-
     def _refuse_lost(self, records: np.ndarray, first: int) -> None:
-        numbers = ("precession", "argument", "argument0", "frame", "to_rate", *("alpha_re", "beta_im"))
         lost = np.zeros(len(records), bool)
-        for name in numbers:
+        for name in ("precession", "argument", "argument0", "frame", "to_rate", "alpha_re", "beta_im"):
             lost |= ~np.isfinite(records[name]).reshape(len(records), -1).all(axis=1)
         if lost.any():
             rotors = self.rotors.reshape(-1, 3)[first + int(np.argmax(lost))].tolist()

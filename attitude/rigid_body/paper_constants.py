@@ -10,7 +10,7 @@ import numpy as np
 from .. import units
 from ..kernels.layout import Regime, Route
 from ..runtime import compiled
-from .phase_limit import max_phase_rate, refuse_too_far
+from .error_bounds import max_phase_rate, refuse_too_far
 
 
 @dataclass(frozen=True)
@@ -89,10 +89,6 @@ def _sense(bodies: np.ndarray) -> np.ndarray:
 def _azimuth(bodies: np.ndarray, seconds: np.ndarray) -> np.ndarray:
     angles = np.empty((*bodies.shape, seconds.size))
     sense = np.ascontiguousarray(_sense(bodies)).reshape(-1)
-    compiled.azimuth(
-        np.ascontiguousarray(bodies).reshape(-1),
-        sense,
-        seconds,
-        angles.reshape(-1, seconds.size),
-    )
+    records = np.ascontiguousarray(bodies).reshape(-1)
+    compiled.azimuth(records, sense, seconds, angles.reshape(-1, seconds.size))
     return angles

@@ -100,6 +100,12 @@ def test_faults_of_plates_are_named(call, error, message):
         call(tumbler(0))
 
 
+def test_means_are_of_one_body():
+    bodies = TorqueFreeMotion(RigidBody([[1, 1.6, 2.1]] * 2), [1, 0, 0, 0], [1, 2, 3], order="wxyz")
+    with pytest.raises(InputError, match=r"motion: one body, such as motion\[0\]"):
+        bodies.mean_areas(NORMALS, AREAS, [1, 0, 0])
+
+
 @pytest.mark.parametrize("off", [0.0, 2.0**-20])
 def test_the_separatrix_has_no_mean_and_beside_it_there_is_one(off):
     motion = TorqueFreeMotion(RigidBody([3.0, 4.0, 6.0]), [1, 0, 0, 0], [2.0, 0.7, 1.0 + off], order="wxyz")
