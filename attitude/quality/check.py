@@ -22,9 +22,7 @@ from ..times.instants import Instants
 
 MAX_INTERPOLATION_ERROR = 1e-3  # rad, by default
 LONG_STEP = 3.0  # times the median step: a hole in the samples
-MAX_ROTATION = 0.5 * math.pi  # rad from one attitude to the next; near pi the direction is ambiguous
 RATE_MISMATCH = 0.05  # of the rotation between attitudes, that rates may miss it by
-MIN_ROTATION = 1e-6  # rad; smaller rotations between attitudes tell nothing about rates
 
 
 @dataclass(frozen=True)
@@ -123,8 +121,8 @@ def check_report(
 def check(
     data: EphemerisData, max_interpolation_error: float = MAX_INTERPOLATION_ERROR
 ) -> tuple[Finding, ...]:
-    """Findings of an ephemeris of one body at a list of instants; RegimeError for any other."""
-    if len(data.shape) != 1:
+    """Findings of an ephemeris of one body at a list of instants; RegimeError for any other, or for none."""
+    if len(data.shape) != 1 or not len(data):
         raise RegimeError(f"check: one body at a list of instants can be checked, not shape {data.shape}")
     seconds = data.elapsed
     steps = np.diff(seconds)
@@ -133,19 +131,17 @@ def check(
         text = f"instant {i} ({seconds[i]:.9g} s) is not after the one before it ({seconds[i - 1]:.9g} s)"
         return (Finding("coverage", True, text, {"index": i}),)
     interpolation = data.interpolation or Interpolation(())
+    owners = interpolation.owners(seconds) if interpolation.segments else np.zeros(len(data), dtype=int)
+    inside = np.asarray(owners[1:] == owners[:-1])  # steps that do not cross from one segment to another
     off = float(np.abs(rotations.off_unit(data.quaternion("wxyz"))[0] - 1.0).max())
+    is_off, values = off > rotations.UNIT_TOLERANCE, {"greatest_difference": off}
     return (
         _coverage(data),
-        _gaps(data, interpolation),
-        _spacing(data, interpolation),
+        _gaps(steps, data, interpolation),
+        _spacing(steps[inside]),
         _signs(data, interpolation),
-        Finding(
-            "unit length",
-            off > rotations.UNIT_TOLERANCE,
-            f"within {off:.1e} of 1",
-            {"greatest_difference": off},
-        ),
-        *_rates(data, interpolation),
+        Finding("unit length", is_off, f"within {off:.1e} of 1", values),
+        *_rates(data, inside),
         *_interpolation(interpolation, max_interpolation_error),
     )
 
@@ -161,12 +157,11 @@ def _coverage(data: EphemerisData) -> Finding:
     return Finding("coverage", False, text, {"attitudes": len(data), "frame": data.frame, **ends})
 
 
-def _gaps(data: EphemerisData, interpolation: Interpolation) -> Finding:
+def _gaps(steps: np.ndarray, data: EphemerisData, interpolation: Interpolation) -> Finding:
     """Spans that no segment covers, steps much longer than the others, and segments that overlap."""
     segments = interpolation.segments
     gaps = [(a.stop, b.start) for a, b in pairwise(segments) if b.start > a.stop]
     seconds = data.elapsed
-    steps = np.diff(seconds)
     if steps.size:
         long = np.flatnonzero(steps > LONG_STEP * np.median(steps)).tolist()
         gaps += [(float(seconds[i]), float(seconds[i + 1])) for i in long]
@@ -186,23 +181,13 @@ def _gaps(data: EphemerisData, interpolation: Interpolation) -> Finding:
     return Finding("gaps", True, f"{len(gaps)}: {shown}; {of_segments}", values)
 
 
-def _within_segments(data: EphemerisData, interpolation: Interpolation) -> np.ndarray:
-    """(n - 1,) bool: steps that do not cross from one segment to another."""
-    owners = interpolation.owners(data.elapsed) if interpolation.segments else np.zeros(len(data), dtype=int)
-    return np.asarray(owners[1:] == owners[:-1])
-
-
-def _spacing(data: EphemerisData, interpolation: Interpolation) -> Finding:
-    steps = np.diff(data.elapsed)[_within_segments(data, interpolation)]
+def _spacing(steps: np.ndarray) -> Finding:
     if not steps.size:
         return Finding("spacing", False, "no two attitudes in one segment")
     least, median, greatest = float(steps.min()), float(np.median(steps)), float(steps.max())
-    even = greatest - least <= 1e-6 * median
-    text = (
-        f"even, {median:.9g} s"
-        if even
-        else f"{least:.9g} to {greatest:.9g} s, half of them below {median:.9g} s"
-    )
+    text = f"even, {median:.9g} s"
+    if greatest - least > 1e-6 * median:
+        text = f"{least:.9g} to {greatest:.9g} s, half of them below {median:.9g} s"
     return Finding("spacing", False, text, {"least_s": least, "median_s": median, "greatest_s": greatest})
 
 
@@ -214,20 +199,21 @@ def _signs(data: EphemerisData, interpolation: Interpolation) -> Finding:
     return Finding("signs", True, text, {"sign_changes": count})
 
 
-def _rates(data: EphemerisData, interpolation: Interpolation) -> Iterator[Finding]:
-    """Rotation between attitudes, and whether the rates of the file agree with it."""
-    inside = _within_segments(data, interpolation)
+def _rates(data: EphemerisData, inside: np.ndarray) -> Iterator[Finding]:
+    """Rotation between attitudes, and whether the rates of the file agree with it.
+
+    inside : (n - 1,), steps within one segment
+    """
     if not inside.any():
         return
     q = data.quaternion("wxyz")
     turns = rotations.rotation_vectors(q[:-1], q[1:])[inside]
     greatest = float(np.linalg.norm(turns, axis=1).max())
     text = f"at most {math.degrees(greatest):.4g} deg from one attitude to the next"
-    is_aliased = greatest > MAX_ROTATION
+    is_aliased = greatest > 0.5 * math.pi
     if is_aliased:
-        text += (
-            ": beyond 90 deg the direction of the rotation becomes ambiguous (a spinner sampled too slowly)"
-        )
+        text += ": beyond 90 deg the direction of the rotation becomes ambiguous"
+        text += " (a spinner sampled too slowly)"
     yield Finding("rotation", is_aliased, text, {"greatest_rotation_rad": greatest})
     if data.has_rate:
         yield _rate_agreement(data, turns, inside)
@@ -244,7 +230,7 @@ def _rate_agreement(data: EphemerisData, turns: np.ndarray, inside: np.ndarray) 
         text = f"by its rates the body turns {turn_count:.3g} times between attitudes: sampled too slowly"
         return Finding("rates", True, text, {"greatest_turns": turn_count})
     scale = float(np.sqrt((turns**2).sum(axis=1).mean()))
-    if scale < MIN_ROTATION:
+    if scale < 1e-6:  # rad
         return Finding("rates", False, "the body hardly turns between attitudes: rates cannot be judged")
     mismatch = _rms(predicted - turns) / scale
     if mismatch <= RATE_MISMATCH:

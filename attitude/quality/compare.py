@@ -14,8 +14,6 @@ from ..samples.ephemeris_data import EphemerisData
 from ..samples.transform import in_frame
 from ..times.instants import Instants, as_instants
 
-SAME_INSTANT = 1e-9  # s
-
 
 class DifferenceAnswer(TypedDict):
     """Sizes of differences: the greatest, when, and the root of the mean square; and along body axes."""
@@ -77,10 +75,10 @@ class EphemerisComparison:
 
     def __str__(self) -> str:
         table = self.to_dict()
-        out = (
-            f"; {self.left_out} instants of the first are not covered by the second" if self.left_out else ""
-        )
-        lines = [f"{table['instants']} instants, in {self.frame} ({self.note}){out}"]
+        first_line = f"{table['instants']} instants, in {self.frame} ({self.note})"
+        if self.left_out:
+            first_line += f"; {self.left_out} instants of the first are not covered by the second"
+        lines = [first_line]
         entries = {("angle", "rad"): table["angle_rad"], ("rate", "rad/s"): table.get("rate_rad_s")}
         for (name, unit), entry in entries.items():
             if entry is not None:
@@ -116,7 +114,7 @@ def compare(first: EphemerisData, second: EphemerisData, frame: str | None = Non
     RegimeError : several bodies, or frames between which there is no rotation.
     """
     for data in (first, second):
-        if len(data.shape) != 1:
+        if len(data.shape) != 1 or not len(data):
             raise RegimeError(
                 f"compare: one body at a list of instants can be compared, not shape {data.shape}"
             )
@@ -170,4 +168,4 @@ def _nearest(data: EphemerisData, seconds: np.ndarray) -> tuple[np.ndarray, np.n
     before = np.maximum(after - 1, 0)
     closer = np.abs(own[order[before]] - seconds) < np.abs(own[order[after]] - seconds)
     index = order[np.where(closer, before, after)]
-    return index, np.abs(own[index] - seconds) <= SAME_INSTANT
+    return index, np.abs(own[index] - seconds) <= 1e-9  # s, the rounding of dates

@@ -14,13 +14,11 @@ if TYPE_CHECKING:
 
     from .compare import EphemerisComparison
 
-SIZE = 9.0, 3.0  # inches, of a panel
-
 
 def picture(comparison: EphemerisComparison, file_format: str) -> bytes:
     """An "svg" or "png" file of a comparison."""
     count = 1 if comparison.rate_difference is None else 2
-    return drawn(partial(_draw, comparison), (SIZE[0], SIZE[1] * count), file_format)
+    return drawn(partial(_draw, comparison), (9.0, 3.0 * count), file_format)
 
 
 def _draw(comparison: EphemerisComparison, figure: Figure) -> None:

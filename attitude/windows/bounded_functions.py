@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from astropy.time import Time
@@ -22,7 +23,6 @@ MAX_EARTH_SPEED = 31e3  # m/s, relative to the Sun, for two thousand years about
 # rad/s: of the Earth's rotation, and of the Sun seen from it, with the axes of frames of date
 MAX_EARTH_RATE, MAX_SUN_RATE = 7.3e-5, 2.2e-7
 MARGIN = 1.0 + 1e-6  # of bounds: the rounding of what they are computed from
-AT_REST = OrbitLimits(0.0, 0.0, np.inf, 0.0)
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,9 @@ class BoundedMotion:
 
     def orbit_limits(self, data: EphemerisData) -> OrbitLimits:
         """Bounds on the motion along the orbit; zero without one."""
-        return AT_REST if data.orbit is None else data.orbit.limits(self.start, self.stop)
+        if data.orbit is None:
+            return OrbitLimits(speed=0.0, acceleration=0.0, distance=np.inf, moment=0.0)
+        return data.orbit.limits(self.start, self.stop)
 
 
 def bounded_function(motion: BoundedMotion, condition: Elementary) -> BoundedFunction:
@@ -112,10 +114,10 @@ class AngleFunction:
     def max_rate(self, state: np.ndarray, duration: np.ndarray) -> np.ndarray:
         """(n,) rad/s over durations (n,), s; infinite where the target may be met."""
         least = state[:, 1] - self.speed * duration
-        with np.errstate(divide="ignore"):
-            turning = (
-                np.where(least > 0.0, self.speed / np.maximum(least, 0.0), np.inf) if self.speed else 0.0
-            )
+        turning: Any = 0.0
+        if self.speed:
+            with np.errstate(divide="ignore"):
+                turning = np.where(least > 0.0, self.speed / np.maximum(least, 0.0), np.inf)
         return np.asarray(MARGIN * (state[:, 0] + self.motion.growth * duration + turning + self.drift))
 
 

@@ -19,8 +19,7 @@ from ..documents.quantities import Angle, LengthVector
 from ..errors import InputError, suggestion
 from ..pointing import targets
 
-MAX_CONDITIONS = 100  # within one, at any level
-MAX_LEVELS = 20
+MAX_CONDITIONS, MAX_LEVELS = 100, 20  # within one
 
 
 class AngleBelow(NamedTuple):

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from .window_table import Windows
 
-MAX_LABEL = 90  # characters of a condition
-
 
 def picture(windows: Windows, file_format: str) -> bytes:
     """An "svg" or "png" file: a bar for each window, and below the share of time that is open."""
@@ -48,7 +46,7 @@ def draw(windows: Windows, figure: Figure) -> None:
 def label(document: dict[str, Any]) -> str:
     """The condition as one line."""
     text = described(document)
-    return text if len(text) <= MAX_LABEL else text[: MAX_LABEL - 3] + "..."
+    return text if len(text) <= 90 else text[:87] + "..."
 
 
 def described(document: dict[str, Any]) -> str:

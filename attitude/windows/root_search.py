@@ -19,13 +19,10 @@ from ..errors import RegimeError
 from ..samples.chunks import Progress
 from ..times.two_part import two_sum
 
-STEP = 0.5  # of the first intervals, times the bound on the rate: as much as a function changes in them
 MAX_INTERVALS_PER_BLOCK = 1 << 18  # first intervals of a block
 MAX_OPEN_INTERVALS = 1 << 20  # at one length, which a function that stays at zero passes
 ROOT_TOLERANCE = 1e-10  # s
 ROOT_RELATIVE_TOLERANCE = 4.5e-16  # of offsets from the base: two of their last places
-ROOT_STEPS = 20  # of the refinement, about: for an estimate of the progress
-INVALID_BRACKET = -1  # status of scipy's find_root
 
 
 class Sample(NamedTuple):
@@ -124,13 +121,14 @@ def crossings(
         while reached < end:
             intervals, after, state = _first_intervals(function, reached, end, state)
             halvings = max(0.0, math.log2(intervals.duration.max() / width))
-            brackets = []
+            brackets: list[Intervals] = []
             for k, narrow in enumerate(_brackets(function, intervals, width)):
                 brackets.append(narrow)
                 if progress is not None:
-                    done = min(1.0, k / (halvings + ROOT_STEPS))
+                    done = min(1.0, k / (halvings + 20))  # the refinement takes about 20 steps
                     progress((reached - start + done * (after - reached)) / (stop - start))
-            found.append(_refined(function, _in_order(brackets)))
+            merged = Intervals(*(np.concatenate(parts) for parts in zip(*brackets, strict=True)))
+            found.append(_refined(function, merged.part(np.lexsort((merged.left, merged.base)))))
             reached = after
     seconds, low = (np.concatenate(parts) for parts in zip(*found, strict=True))
     order = np.lexsort((low, seconds))
@@ -145,7 +143,8 @@ def _first_intervals(
     state : (k,), at the start
     """
     rate = float(function.max_rate(state[None], np.zeros(1))[0])
-    count = np.ceil(rate * (stop - start) / STEP) if np.isfinite(rate) else 1.0
+    # in each a function changes by 1/2 at the most
+    count = np.ceil(rate * (stop - start) / 0.5) if np.isfinite(rate) else 1.0
     end = stop  # not a sum, whose rounding could lead beyond it
     if count > MAX_INTERVALS_PER_BLOCK:
         block = (stop - start) * (MAX_INTERVALS_PER_BLOCK / count)
@@ -178,11 +177,6 @@ def _brackets(function: BoundedFunction, intervals: Intervals, width: float) -> 
         intervals = _halved(function, intervals)
 
 
-def _in_order(brackets: list[Intervals]) -> Intervals:
-    merged = Intervals(*(np.concatenate(parts) for parts in zip(*brackets, strict=True)))
-    return merged.part(np.lexsort((merged.left, merged.base)))
-
-
 def _halved(function: BoundedFunction, intervals: Intervals) -> Intervals:
     if not intervals.base.size:
         return intervals
@@ -212,14 +206,10 @@ def _refined(function: BoundedFunction, brackets: Intervals) -> tuple[np.ndarray
         lambda offset, base: function(*two_sum(base, offset)).values,
         (brackets.left, brackets.right),
         args=(brackets.base,),
-        tolerances={
-            "xatol": ROOT_TOLERANCE,
-            "xrtol": ROOT_RELATIVE_TOLERANCE,
-            "fatol": 0.0,
-            "frtol": 0.0,
-        },
+        tolerances={"xatol": ROOT_TOLERANCE, "xrtol": ROOT_RELATIVE_TOLERANCE, "fatol": 0.0, "frtol": 0.0},
     )
     # A value within rounding of zero may change its sign when it is computed again: it is the crossing.
     is_left = np.abs(brackets.left_values) < np.abs(brackets.right_values)
     nearest = np.where(is_left, brackets.left, brackets.right)
-    return two_sum(brackets.base, np.where(result.status == INVALID_BRACKET, nearest, result.x))
+    is_invalid = result.status == -1  # as SciPy calls a bracket without a change of sign
+    return two_sum(brackets.base, np.where(is_invalid, nearest, result.x))

@@ -27,11 +27,6 @@ from .bounded_functions import BoundedMotion, bounded_function
 from .condition import AngleBelow
 from .root_search import crossings
 
-GAUSS_NODES = 16
-MAX_PANELS = 1 << 10  # of each smooth part
-TOLERANCE = 1e-13  # of an area
-CUT_WIDTH = 1e-9  # of the span: kinks closer together than this do not matter
-
 
 class MeanAreas(NamedTuple):
     """Averages over a tumble, (...) m2 each.
@@ -54,7 +49,7 @@ def mean_of_plate(motion: BoundedMotion, normal: np.ndarray, angle: float) -> np
     cuts = {motion.start, motion.stop}
     for threshold in (0.5 * np.pi - reach, 0.5 * np.pi + reach):
         condition = AngleBelow(tuple(normal.tolist()), json.dumps("momentum"), threshold)
-        width = CUT_WIDTH * (motion.stop - motion.start)
+        width = 1e-9 * (motion.stop - motion.start)  # kinks closer together than this do not matter
         try:
             found = crossings(bounded_function(motion, condition), motion.start, motion.stop, width)
         except RegimeError:  # the plate stays at this angle: its mean is smooth
@@ -70,16 +65,16 @@ def _integral(
 ) -> np.ndarray:
     """(2,) s: integrals over a part, whose ends alone may be singular; panels are halved until they agree."""
     before, panels = np.full(2, np.inf), 1
-    x, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
+    x, weights = np.polynomial.legendre.leggauss(16)
     while True:
         edges = np.linspace(0.0, 1.0, panels + 1)
         y = (edges[:-1, None] + 0.5 * (x + 1.0) / panels).reshape(-1)
         t = part[0] + (part[1] - part[0]) * np.sin(0.5 * np.pi * y) ** 2
         slope = 0.5 * np.pi * np.sin(np.pi * y) * (part[1] - part[0])
         value = _means_on_cone(motion, normal, angle, t) * slope @ np.tile(0.5 * weights / panels, panels)
-        if (np.abs(value - before) <= TOLERANCE * (motion.stop - motion.start)).all():
+        if (np.abs(value - before) <= 1e-13 * (motion.stop - motion.start)).all():
             return np.asarray(value)
-        if panels >= MAX_PANELS:
+        if panels >= 1024:
             raise ToleranceError("mean_areas: no mean to 1e-13 on a polhode this close to the separatrix")
         before, panels = value, 2 * panels
 

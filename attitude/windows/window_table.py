@@ -24,7 +24,6 @@ from .root_search import crossings
 DEFAULT_WIDTH = 1e-6  # of the shortest period of the motion
 RATE_INSTANTS = 15  # over the span of a motion under torques, at which that period is taken
 SECOND_DECIMALS = 9
-SAME_INSTANT = 1e-9  # s, between crossings of two functions
 
 
 class WindowsAnswer(TypedDict):
@@ -218,7 +217,8 @@ def find_windows(
     }
 
     holds = condition.holds(states.__getitem__)
-    for i in np.flatnonzero(np.diff(changes[0]) + np.diff(changes[1]) <= SAME_INSTANT):
+    # crossings of two functions within 1e-9 s are one instant
+    for i in np.flatnonzero(np.diff(changes[0]) + np.diff(changes[1]) <= 1e-9):
         holds[i] = holds[i - 1] if i else holds[min(1, holds.size - 1)]
     before = np.concatenate([[False], holds, [False]])
     begins, ends = np.flatnonzero(before[1:] & ~before[:-1]), np.flatnonzero(~before[1:] & before[:-1])

@@ -137,12 +137,13 @@ def test_instants_in_no_order_are_the_only_finding():
     assert finding.text.startswith("instant 1 (19.8 s) is not after the one before it")
 
 
-def test_batch_is_refused():
+def test_batch_and_no_instants_are_refused():
     bodies = TorqueFreeMotion(
         RigidBody([(1.0, 1.6, 2.1)] * 2), [1.0, 0, 0, 0], (0.3, -0.5, 0.9), order="wxyz"
     )
-    with pytest.raises(RegimeError, match="check: one body at a list of instants"):
-        check(bodies.at(T))
+    for data in (bodies.at(T), motion().at([])):
+        with pytest.raises(RegimeError, match="check: one body at a list of instants"):
+            check(data)
 
 
 def test_command_prints_one_screen_and_its_exit_code_tells(tmp_path, capsys):

@@ -79,6 +79,8 @@ def test_what_cannot_be_compared_is_refused():
     )
     with pytest.raises(RegimeError, match="compare: one body"):
         compare(motion().at(T), bodies.at(T))
+    with pytest.raises(RegimeError, match="compare: one body"):
+        compare(motion().at(T), motion().at([]))
     undated = TorqueFreeMotion(RigidBody((1.0, 1.6, 2.1)), [1.0, 0, 0, 0], (0.3, -0.5, 0.9), order="wxyz")
     with pytest.raises(InputError, match="dates in both"):
         compare(motion().at(T), undated.at(T))
