@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from .pointing.surface_points import GroundPoints
 
 
-MAX_DRAWN = 2000  # instants in a notebook's picture
-
-
 class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
     __doc__ = EphemerisData.__doc__
 
@@ -186,7 +183,7 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
             "epoch": self.epoch,
             "span, s": f"{elapsed.min():.9g} to {elapsed.max():.9g}" if elapsed.size else None,
             "solver": self.plan and self.plan.solver,
-            "error, rad": self.plan and f"{self.plan.error_bound:.2g} ({self.plan.bound_source})",
+            "error, rad": self.plan and self.plan.error_text,
             "events": len(self.events) or None,
         }
         drawable = len(self.shape) == 1 and len(self) > 1 and find_spec("matplotlib") is not None
@@ -194,7 +191,8 @@ class Ephemeris(EphemerisData):  # noqa: D101 (of EphemerisData)
             return html_table("Ephemeris", rows)
         from .plot import timeline
 
-        return html_table("Ephemeris", rows, timeline.picture(self[:: -(-len(self) // MAX_DRAWN)], "png"))
+        drawn = self[:: -(-len(self) // 2000)]
+        return html_table("Ephemeris", rows, timeline.picture(drawn, "png"))
 
     def plot(self, what: str | Sequence[str] = ()) -> Figure:
         """A figure of matplotlib: attitude, rate and what else is known in time, or what is named.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from astropy import units as u
@@ -48,7 +48,6 @@ CUSTOMARY_UNITS = {
     "inch": u.Unit(0.0254 * u.m),
     "sec": u.s,
 }
-MAX_UNIT_LENGTH = 100  # astropy takes seconds to parse 200,000 factors
 # How units are typeset: kg·m², slug-ft2, deg s⁻¹.
 TYPESET = str.maketrans("·⋅×⁻⁰¹²³⁴", "   -01234")
 FACTOR = r"([A-Za-z%]+)(?:\^|\*\*)?(-?\d+)?"  # a word and its power
@@ -108,14 +107,14 @@ def extremes(array: np.ndarray) -> tuple[float, float]:
 def parse_unit(name: str, like: u.UnitBase, field: str) -> float:
     """One unit `name` in SI units (or radians); InputError for a unit of another kind than `like`."""
     try:
-        if isinstance(name, str) and len(name) > MAX_UNIT_LENGTH:
-            raise ValueError(name)
+        if isinstance(name, str) and len(name) > 100:
+            raise ValueError(name)  # astropy takes seconds to parse 200,000 factors
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", u.UnitsWarning)  # of the style of m/s/s
             return float(_unit(name).to(like))
     except (ValueError, TypeError, OverflowError) as error:
-        kind, examples = _KINDS[like]
-        known = [*re.findall('"(.+?)"', examples), *MORE_UNITS.get(like, ())]
+        kind, examples, others = KINDS[like]
+        known = [*re.findall('"(.+?)"', examples), *filter(None, others.split(", "))]
         meant = "" if isinstance(error, u.UnitConversionError) else suggestion(name, known)
         raise InputError(field, name, f"a unit of {kind}, such as {examples}{meant}") from None
 
@@ -154,34 +153,40 @@ def _unit(name: str) -> u.UnitBase:
     return unit
 
 
-# Units that are suggested for others that are like them, besides the examples.
-MORE_UNITS = {
-    MOMENT: ("g cm2", "kg cm2", "kg mm2", "lb ft2", "lb in2", "slug ft2", "oz in2", "lbf ft s2", "lbf in s2"),
-    RATE: ("rpm", "rev/s", "rev/min", "rev/d", "deg/min", "deg/h", "arcsec/s", "mrad/s", "rad/d", "cycle/s"),
-    LENGTH: ("cm", "mm", "ft", "in", "au"),
-    MASS: ("g", "t", "lb", "slug"),
-    TORQUE: ("mN m", "uN m", "lbf ft", "lbf in", "kg m2/s2"),
-    ANGLE: ("arcmin", "arcsec", "mrad", "rev"),
-}
+class UnitKind(NamedTuple):
+    """The physical type of a unit, examples, and others that are suggested for what is like them."""
 
-# Physical type of each unit, and examples.  By unit, since to astropy a torque has the type of an energy.
-_KINDS = {
-    MOMENT: (str(MOMENT.physical_type), '"kg m2"'),
-    RATE: (str(RATE.physical_type), '"rad/s", "deg/s" or "deg/d"'),
-    RATIO: ("ratio", '"%"'),
-    ANGLE: ("angle", '"deg" or "rad"'),
-    SECOND: ("time", '"s", "min", "h" or "d"'),
-    LENGTH: ("length", '"m" or "km"'),
-    SPEED: ("speed", '"m/s" or "km/s"'),
-    ACCELERATION: ("acceleration", '"m/s2"'),
-    MASS: ("mass", '"kg"'),
-    AREA: ("area", '"m2"'),
-    TORQUE: ("torque", '"N m"'),
-    IMPULSE: ("impulse", '"N s"'),
-    ANGULAR_IMPULSE: ("angular momentum", '"N m s"'),
-    PER_ANGULAR_IMPULSE: ("inverse angular momentum", '"1/(N m s)"'),
-    DIPOLE: ("magnetic moment", '"A m2"'),
-    FIELD: ("magnetic flux density", '"T" or "nT"'),
-    DENSITY: ("density", '"kg/m3"'),
-    GRAVITATIONAL_PARAMETER: ("gravitational parameter", '"m3/s2" or "km3/s2"'),
+    name: str
+    examples: str
+    others: str = ""
+
+
+# By unit, since to astropy a torque has the type of an energy.
+KINDS = {
+    MOMENT: UnitKind(
+        "moment of inertia",
+        '"kg m2"',
+        "g cm2, kg cm2, kg mm2, lb ft2, lb in2, slug ft2, oz in2, lbf ft s2, lbf in s2",
+    ),
+    RATE: UnitKind(
+        str(RATE.physical_type),
+        '"rad/s", "deg/s" or "deg/d"',
+        "rpm, rev/s, rev/min, rev/d, deg/min, deg/h, arcsec/s, mrad/s, rad/d, cycle/s",
+    ),
+    RATIO: UnitKind("ratio", '"%"'),
+    ANGLE: UnitKind("angle", '"deg" or "rad"', "arcmin, arcsec, mrad, rev"),
+    SECOND: UnitKind("time", '"s", "min", "h" or "d"'),
+    LENGTH: UnitKind("length", '"m" or "km"', "cm, mm, ft, in, au"),
+    SPEED: UnitKind("speed", '"m/s" or "km/s"'),
+    ACCELERATION: UnitKind("acceleration", '"m/s2"'),
+    MASS: UnitKind("mass", '"kg"', "g, t, lb, slug"),
+    AREA: UnitKind("area", '"m2"'),
+    TORQUE: UnitKind("torque", '"N m"', "mN m, uN m, lbf ft, lbf in, kg m2/s2"),
+    IMPULSE: UnitKind("impulse", '"N s"'),
+    ANGULAR_IMPULSE: UnitKind("angular momentum", '"N m s"'),
+    PER_ANGULAR_IMPULSE: UnitKind("inverse angular momentum", '"1/(N m s)"'),
+    DIPOLE: UnitKind("magnetic moment", '"A m2"'),
+    FIELD: UnitKind("magnetic flux density", '"T" or "nT"'),
+    DENSITY: UnitKind("density", '"kg/m3"'),
+    GRAVITATIONAL_PARAMETER: UnitKind("gravitational parameter", '"m3/s2" or "km3/s2"'),
 }

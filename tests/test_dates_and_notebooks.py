@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from astropy.time import Time
 
-from attitude import FormatError, InputError, RigidBody, Scene, TorqueFreeMotion, fit
+from attitude import Ephemeris, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion, fit
 from attitude.ensemble import Ensemble
 from attitude.estimation import Attitudes
 
@@ -145,6 +145,14 @@ def test_names_are_escaped():
     for text in (Scene.load(document)._repr_html_(), Scene.load(document).run()._repr_html_()):
         assert "<script" not in text
         assert re.search("&lt;script&gt;", text)
+
+
+def test_notebooks_show_an_ephemeris_of_a_file(tmp_path):
+    motion().at([0.0, 1.0, 2.0]).write(tmp_path / "a.csv")
+    assert (
+        "none is known: these are the attitudes of the file"
+        in Ephemeris.read(tmp_path / "a.csv")._repr_html_()
+    )
 
 
 def test_notebooks_without_matplotlib_show_the_table_alone(monkeypatch):

@@ -39,8 +39,13 @@ Four = Annotated[list[Number], Field(min_length=4, max_length=4)]
 
 
 MAX_KEYS = 1000  # of a part
-STEPS_PER_CHECK = 100  # objects and parts that are read, some microseconds each, from one look for a stop on
 _steps = itertools.count(1)
+
+
+def check_sometimes() -> None:
+    """`stopping.check` at every hundredth object that is read, of some microseconds each."""
+    if next(_steps) % 100 == 0:
+        stopping.check()
 
 
 class Part(BaseModel):
@@ -52,8 +57,7 @@ class Part(BaseModel):
     @classmethod
     def _check_number_of_keys(cls, value: Any) -> Any:
         """Refuse thousands of keys at the first unknown one: pydantic would describe the fault of each."""
-        if next(_steps) % STEPS_PER_CHECK == 0:
-            stopping.check()
+        check_sometimes()
         if isinstance(value, dict) and len(value) > MAX_KEYS:
             known = {field.alias or name for name, field in cls.model_fields.items()}
             first = next(name for name in value if name not in known)
@@ -161,8 +165,7 @@ def parse_json(text: str | bytes, source: str) -> Any:
 
 
 def _refuse_duplicate_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    if next(_steps) % STEPS_PER_CHECK == 0:
-        stopping.check()
+    check_sometimes()
     document: dict[str, Any] = {}
     for name, value in pairs:
         if name in document:

@@ -43,12 +43,7 @@ def sun_at(instants: Instants) -> np.ndarray:
     """
     # TT for TDB: they differ by at most 2 ms, in which the Sun moves by 4e-10 rad
     days = Days.of_tai(instants).plus(32.184 / DAY)
-    return interpolated(_sun_at_days, days)[0].T
-
-
-def _sun_at_days(days: np.ndarray) -> np.ndarray:
-    """(3, n) m at days since J2000.0."""
-    return sun_from_earth((J2000, 0.0), days * DAY).T
+    return interpolated(lambda node: sun_from_earth((J2000, 0.0), node * DAY).T, days)[0].T
 
 
 def dipole_field(position: np.ndarray) -> np.ndarray:

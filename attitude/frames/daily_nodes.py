@@ -18,7 +18,6 @@ from ..times.instants import Instants
 from ..times.julian_dates import DAY, J2000
 
 NODES_PER_DAY, NEAREST = 8, 6
-NODES_AT_ONCE = 4096  # of the Sun 0.1 s
 
 
 class Days(NamedTuple):
@@ -77,17 +76,12 @@ def _polynomials(function: Callable[[np.ndarray], np.ndarray], intervals: np.nda
     """(NEAREST, k, n): coefficients of the values in powers of the position, 0 to 1, in n intervals."""
     nodes = intervals[:, None] + (np.arange(NEAREST) - (NEAREST // 2 - 1))
     distinct, inverse = _distinct(nodes)
-    values = _evaluated(function, distinct / NODES_PER_DAY)[:, inverse]
-    return np.array([(values * weights).sum(axis=-1) for weights in _lagrange()])
-
-
-def _evaluated(function: Callable[[np.ndarray], np.ndarray], days: np.ndarray) -> np.ndarray:
-    """(k, m): values at the nodes, in pieces between which a computation can be stopped."""
-    pieces = []
-    for first in range(0, max(1, days.size), NODES_AT_ONCE):
+    days, pieces, size = distinct / NODES_PER_DAY, [], 4096  # nodes of the Sun take 0.1 s
+    for first in range(0, max(1, days.size), size):
         check()
-        pieces.append(function(days[first : first + NODES_AT_ONCE]))
-    return np.concatenate(pieces, axis=1)
+        pieces.append(function(days[first : first + size]))
+    values = np.concatenate(pieces, axis=1)[:, inverse]
+    return np.array([(values * weights).sum(axis=-1) for weights in _lagrange()])
 
 
 @cache

@@ -30,7 +30,6 @@ from .rotations import TEME_AT_EPOCH, rotate
 if TYPE_CHECKING:
     from astropy.time import Time
 
-TAU = 2.0 * math.pi
 CENTURY = 36525.0  # days
 WGS84 = 1  # number of this ellipsoid in erfa
 # The Earth rotation angle (IERS Conventions 2010, eq. 5.15): turns at J2000.0, and turns per day less one.
@@ -74,9 +73,9 @@ def teme(instants: Instants) -> FrameRotation:
         day, fraction = erfa.taiutc(tai.whole + J2000, tai.fraction)
     centuries = ((day - J2000) + fraction) / CENTURY
     to_pole, locator, locator_rate = celestial_pole(tai)
-    angle = TAU * np.polynomial.polynomial.polyval(centuries, ANGLE_LESS_GMST)
+    angle = math.tau * np.polynomial.polynomial.polyval(centuries, ANGLE_LESS_GMST)
     slope = np.polynomial.polynomial.polyval(centuries, [k * c for k, c in enumerate(ANGLE_LESS_GMST) if k])
-    rate = TAU / (CENTURY * DAY) * slope
+    rate = math.tau / (CENTURY * DAY) * slope
     return to_pole.then(FrameRotation.about("z", angle - locator, rate - locator_rate))
 
 
@@ -129,8 +128,8 @@ def _to_gtod(instants: Instants, ut1: str) -> tuple[FrameRotation, earth_orienta
     to_pole, locator, locator_rate = celestial_pole(tai)
     ut1_rate, _, _ = orientation.rates
     turns = half_rotation_angle(tai.plus(orientation.ut1_tai / DAY))
-    half = TAU * turns + 0.5 * (TERRESTRIAL_LOCATOR_RATE * tai.sum - locator)
-    angle_rate = TAU * float(1 + EXCESS_TURNS) / DAY
+    half = math.tau * turns + 0.5 * (TERRESTRIAL_LOCATOR_RATE * tai.sum - locator)
+    angle_rate = math.tau * float(1 + EXCESS_TURNS) / DAY
     rate = angle_rate * (1.0 + ut1_rate) + TERRESTRIAL_LOCATOR_RATE / DAY - locator_rate
     return to_pole.then(FrameRotation.about("z", 2.0 * half, rate)), orientation
 

@@ -44,8 +44,6 @@ OTHER_NAMES = {
 }
 # The inertial axes along which the motion of a scene in TEME is computed: those that TEME has at its epoch.
 TEME_AT_EPOCH = "TEME at the epoch"
-# Where UT1 and the pole come from, for ITRF: the tables that come with astropy, or UTC and no polar motion.
-UT1_SOURCES = ("tables", "utc")
 
 
 def check_order(order: str | None, field: str = "order") -> str:
@@ -77,8 +75,8 @@ def check_any_frame(frame: str, field: str = "frame") -> str:
 
 
 def check_ut1(ut1: str, field: str = "ut1") -> str:
-    """The source of UT1; InputError unless it is one of UT1_SOURCES."""
-    if not isinstance(ut1, str) or ut1 not in UT1_SOURCES:
+    """Where UT1 and the pole come from, for ITRF; InputError unless it is "tables" or "utc"."""
+    if not isinstance(ut1, str) or ut1 not in ("tables", "utc"):
         expected = '"tables", those that come with astropy, or "utc", to take UTC for UT1'
         raise InputError(field, ut1, expected)
     return ut1
@@ -162,6 +160,8 @@ def euler_angles(q: np.ndarray, sequence: str) -> np.ndarray:
     """
     from scipy.spatial.transform import Rotation
 
+    if not q.size:  # of which SciPy refuses a read-only array
+        return np.zeros((*q.shape[:-1], 3))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of undetermined angles, which are as good as any
         return np.asarray(Rotation.from_quat(q, scalar_first=True).as_euler(sequence))

@@ -18,9 +18,7 @@ from ..samples.ephemeris_data import EphemerisData
 from .curves import line_style, name_axes
 from .style import AXIS_COLOURS, BLACK, SETTINGS, time_unit
 
-SIZE = 9.0, 4.6  # inches
 FRAMES_A_SECOND = 20
-ENDINGS = ("gif", "mp4", "html")
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 EDGES = [(i, j) for i, j in product(range(8), repeat=2) if i < j and (CORNERS[i] != CORNERS[j]).sum() == 1]
 
@@ -35,7 +33,7 @@ def film(data: EphemerisData, seconds: float = 10.0) -> FuncAnimation:
     if not 0.0 < seconds <= 600.0:
         raise InputError("seconds", seconds, "above 0, at most 600")
     with rc_context(SETTINGS):
-        figure = Figure(figsize=SIZE, layout="constrained")
+        figure = Figure(figsize=(9.0, 4.6), layout="constrained")
         FigureCanvasAgg(figure)
         update = _prepare(figure, data)
     count = min(len(data), max(2, round(seconds * FRAMES_A_SECOND)))
@@ -49,7 +47,7 @@ def write(data: EphemerisData, path: str | Path, seconds: float = 10.0) -> None:
     Raises FormatError for another ending, AttitudeError where ffmpeg is missing.
     """
     ending = Path(path).suffix.removeprefix(".").lower()
-    if ending not in ENDINGS:
+    if ending not in ("gif", "mp4", "html"):
         raise FormatError("a film's ending is gif, mp4 or html", str(path))
     if ending == "mp4" and not writers.is_available("ffmpeg"):
         raise AttitudeError("an .mp4 needs the program ffmpeg; .gif and .html do not")

@@ -17,8 +17,6 @@ from .curves import CURVES
 
 # Short names of columns.
 SHORT = {"rates": "angular_velocity", "euler": "euler:ZYX", "momentum": "angular_momentum"}
-UNIT = re.compile(r"_(deg|rad)(2|_s|2_s2)?$")  # at the end of a column's name
-ANGLES = tuple(f"angle:z:{target}" for target in ("sun", "earth", "velocity", "momentum"))
 NAMES = (*SHORT, "angles", "energy", *CURVES, *REQUESTS)
 
 
@@ -39,13 +37,8 @@ def parse(text: str | Sequence[str]) -> tuple[str, ...]:
     names = [part.strip() for part in text.split(",")] if isinstance(text, str) else list(text)
     for name in names:
         if name not in NAMES or name in ("time", "elapsed"):
-            known = (
-                *SHORT,
-                "angles",
-                "energy",
-                *CURVES,
-                *(kind for kind in KINDS if kind not in ("time", "elapsed")),
-            )
+            kinds = [kind for kind in KINDS if kind not in ("time", "elapsed")]
+            known = (*SHORT, "angles", "energy", *CURVES, *kinds)
             raise InputError("what", name, f"each of {', '.join(known)}{suggestion(name, NAMES)}")
     return tuple(dict.fromkeys(names))
 
@@ -73,16 +66,20 @@ def _columns(data: EphemerisData, request: str) -> Iterator[TimelinePanel]:
     for column in vectors(replace(data, columns=(request,))):
         title = column.label.replace("_", " ") + (f", {column.unit}" if column.unit else "")
         # of a line without what the title says: "euler_zyx_1_deg" is "1"; of one line alone, nothing
-        lines = tuple(UNIT.sub("", name.removeprefix(f"{column.label}_")) or name for name in column.names)
+        words = [name.removeprefix(f"{column.label}_") for name in column.names]
+        lines = tuple(
+            re.sub("_(deg|rad)(2|_s|2_s2)?$", "", word) or name
+            for word, name in zip(words, column.names, strict=True)
+        )
         yield TimelinePanel(title, lines if len(lines) > 1 else ("",), column.values)
 
 
 def _known_angles(data: EphemerisData) -> Iterator[TimelinePanel]:
     known: list[TimelinePanel] = []
     refusals: list[AttitudeError] = []
-    for request in ANGLES:
+    for target in ("sun", "earth", "velocity", "momentum"):
         try:
-            known += _columns(data, request)
+            known += _columns(data, f"angle:z:{target}")
         except AttitudeError as error:
             refusals.append(error)
     if not known:

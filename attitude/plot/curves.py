@@ -14,7 +14,6 @@ from . import spread
 from .style import BLACK, BLUE, RED
 
 MAX_JOINED_ANGLE = 1.2  # rad from sample to sample; beyond, a line between samples would mislead
-MAX_ELLIPSES = 24
 
 
 def line_style(data: EphemerisData) -> dict[str, Any]:
@@ -72,7 +71,7 @@ def _ground_ellipses(data: EphemerisData, axes: Any) -> None:
     index = np.flatnonzero(is_shown)
     if not index.size:
         return
-    some = data[index[np.unique(np.linspace(0, index.size - 1, MAX_ELLIPSES).round().astype(int))]]
+    some = data[index[np.unique(np.linspace(0, index.size - 1, 24).round().astype(int))]]
     angles = np.linspace(0.0, 2.0 * np.pi, 49)
     points = ground_points(spread.around(some, np.array([0.0, 0.0, 1.0]), angles), "z")
     longitude, latitude = (

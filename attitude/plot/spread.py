@@ -59,13 +59,8 @@ def moved(data: EphemerisData, change: np.ndarray) -> EphemerisData:
     What momentum the body does not have itself, that of its rotors, stays along its axes.
     """
     turn = Rotation.from_rotvec(change[:, :3]).as_quat(scalar_first=True)
-    new = replace(
-        data,
-        attitude=rotations.product(data.attitude, turn),
-        uncertainty=None,
-        sensitivity=None,
-        momentum=None,
-    )
+    attitude = rotations.product(data.attitude, turn)
+    new = replace(data, attitude=attitude, uncertainty=None, sensitivity=None, momentum=None)
     if data.has_rate:
         new = replace(new, rate=data.computed_rate + change[:, 3:6])
     if data.body is not None:

@@ -37,7 +37,17 @@ KINDS = {
     "spin": "of the angular momentum and about the body's z axis, deg and deg/s",
 }
 AXES = {f"{sign}{axis}": f"{'minus_' if sign == '-' else ''}{axis}" for sign in ("", "-") for axis in "xyz"}
-SEQUENCES = tuple(f"{a}{b}{c}" for a, b, c in product("XYZ", repeat=3) if a != b != c)
+WORDS = {  # that stand for those in capitals
+    "AXIS": tuple(AXES),
+    "TARGET": targets.NAMES,
+    "SEQUENCE": tuple(f"{a}{b}{c}" for a, b, c in product("XYZ", repeat=3) if a != b != c),
+}
+# Every request that there is, by name.
+REQUESTS = tuple(
+    ":".join([kind, *words])
+    for kind, *places in (name.split(":") for name in KINDS)
+    for words in product(*(WORDS[place] for place in places))
+)
 ELEMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")  # of a covariance, and where they are in it
 INDICES = (..., (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2))
 COVARIANCES = (
@@ -46,7 +56,6 @@ COVARIANCES = (
     "attitude_covariance",
     "angular_velocity_covariance",
 )
-LEAST_SINE = 1e-9  # of the second Euler angle, or its cosine: below it the others are undetermined
 SPIN = dict.fromkeys(("ra", "dec", "nutation", "precession", "phase"), "deg") | {"rate": "deg/s"}
 
 
@@ -71,16 +80,6 @@ class VectorColumn(NamedTuple):
     names: tuple[str, ...]
     unit: str
     values: np.ndarray
-
-
-# Every request that there is, by name.
-REQUESTS = (
-    *(kind for kind in KINDS if ":" not in kind),
-    *(f"{kind}:{sequence}" for kind in ("euler", "euler_sigma") for sequence in SEQUENCES),
-    *(f"{kind}:{axis}" for kind in ("radec", "direction", "direction_sigma") for axis in AXES),
-    *(f"direction_to:{target}" for target in targets.NAMES),
-    *(f"angle:{axis}:{target}" for axis in AXES for target in targets.NAMES),
-)
 
 
 def parse(text: str | Sequence[str]) -> tuple[str, ...]:
@@ -128,7 +127,7 @@ def euler_sigma(data: EphemerisData, sequence: str) -> np.ndarray:
         for turn, axis in zip((after_first, last), axes, strict=False)
     ]
     matrix = np.stack([*columns, np.broadcast_to(axes[2], columns[0].shape)], axis=-1)
-    if (np.abs(np.linalg.det(matrix)) < LEAST_SINE).any():
+    if (np.abs(np.linalg.det(matrix)) < 1e-9).any():  # sine of the second angle, or its cosine
         raise RegimeError(f"euler_sigma:{sequence}: where the second angle leaves the others undetermined")
     by_attitude = np.linalg.inv(matrix)
     variance = np.einsum("...ij,...jk,...ik->...i", by_attitude, covariance, by_attitude)

@@ -21,8 +21,6 @@ from ..frames import rotations
 from ..samples.ephemeris_data import EphemerisData
 from .targets import body_axis, unit_vectors
 
-MIN_SHARE = 1e-9  # of the rate, along the spin axis
-
 
 class SpinState(NamedTuple):
     """The spin at each instant, (...,) each: rad, and rad/s for `rate`.
@@ -73,16 +71,12 @@ def nutating(
     a principal axis), or one of the other sign.
     """
     third = body_axis(axis)
-    q = _attitude(
-        float(spin.ra),
-        float(spin.dec),
-        (float(spin.precession), float(spin.nutation), float(spin.phase)),
-        third,
-    )
+    angles = float(spin.precession), float(spin.nutation), float(spin.phase)
+    q = _attitude(float(spin.ra), float(spin.dec), angles, third)
     momentum = rotations.unit_direction(spin.ra, spin.dec)
     omega = np.linalg.solve(tensor, rotations.rotate(rotations.conjugate(q), momentum))
     along = float(omega @ third)
-    if abs(along) <= MIN_SHARE * np.sqrt(omega @ omega):
+    if abs(along) <= 1e-9 * np.sqrt(omega @ omega):
         expected = "a nutation other than 90 deg, at which momentum makes no rate along the axis"
         raise InputError(field, float(spin.rate), expected)
     if float(spin.rate) * along < 0.0:
@@ -99,8 +93,9 @@ def _attitude(ra: float, dec: float, angles: tuple[float, float, float], third: 
 
 def _to_third(axis: np.ndarray) -> np.ndarray:
     """(4,) wxyz of the shortest rotation from z to a body axis: axes of which that one is the third."""
-    w = 1.0 + axis[2]
-    if w < 1e-12:
+    across = axis[0] ** 2 + axis[1] ** 2
+    if axis[2] < 0.0 and not across:
         return np.array([0.0, 1.0, 0.0, 0.0])
+    w = 1.0 + axis[2] if axis[2] > -0.5 else across / (1.0 - axis[2])  # which near -z does not cancel
     q = np.array([w, -axis[1], axis[0], 0.0])
     return q / np.sqrt(q @ q)

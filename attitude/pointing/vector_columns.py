@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from itertools import chain
 
 import numpy as np
 
@@ -27,11 +26,10 @@ VECTORS = {
 }
 
 # The uncertainty belongs to the motion: its columns are known, and reading a file leaves them aside.
-UNCERTAIN_VECTORS = {
+KNOWN_VECTORS = VECTORS | {
     label: (names, unit) for request in UNCERTAINTY for label, names, unit in layout(request)
 }
-NOT_READ = frozenset(chain.from_iterable(names for names, _unit in UNCERTAIN_VECTORS.values()))
-KNOWN_VECTORS = VECTORS | UNCERTAIN_VECTORS
+NOT_READ = frozenset(name for label in KNOWN_VECTORS.keys() - VECTORS for name in KNOWN_VECTORS[label][0])
 
 
 def vectors(ephemeris: EphemerisData, names: Collection[str] | None = None) -> Iterator[VectorColumn]:

@@ -32,19 +32,19 @@ CONVENTION = (
     "continuous in time; angular velocity is that of the body relative to the inertial frame, "
     "components in the body frame"
 )
-TURNING_CONVENTION = (
-    "q rotates body to {frame}, a frame that turns ({meaning}): v_frame = q * v_body * conj(q), Hamilton "
-    "product, unit, continuous in time; angular velocity is that of the body relative to this frame, "
-    "components in the body frame; position and velocity are relative to this frame, along its axes; "
-    "angular momentum is relative to inertial space, along the axes of this frame"
-)
 
 
 def convention(frame: str, ut1: str = "tables") -> str:
     """The conventions of an ephemeris in this frame, as files state them."""
     if frame not in rotations.TURNING_FRAMES:
         return CONVENTION
-    text = TURNING_CONVENTION.format(frame=frame, meaning=rotations.TURNING_FRAMES[frame])
+    text = (
+        f"q rotates body to {frame}, a frame that turns ({rotations.TURNING_FRAMES[frame]}): "
+        "v_frame = q * v_body * conj(q), Hamilton product, unit, continuous in time; angular velocity is "
+        "that of the body relative to this frame, components in the body frame; position and velocity are "
+        "relative to this frame, along its axes; angular momentum is relative to inertial space, along the "
+        "axes of this frame"
+    )
     return f"{text}; UTC is taken for UT1" if (frame, ut1) == ("ITRF", "utc") else text
 
 
@@ -301,8 +301,9 @@ class EphemerisData:
     @property
     def stated_method(self) -> InterpolationMethod | None:
         """How the file that it was read from is to be interpolated at its first instant, if it was read."""
-        first = float(self.elapsed[0])
-        return None if self.interpolation is None else self.interpolation.method_at(first)
+        if self.interpolation is None:
+            return None
+        return self.interpolation.method_at(float(self.elapsed[0]))
 
     @property
     def can_be_resampled(self) -> bool:
@@ -335,7 +336,7 @@ class EphemerisData:
             )
         motion = self.resample(t if isinstance(t, Instants) else as_instants(t, self.epoch))
         parts = {field.name: getattr(motion, field.name) for field in fields(motion)}
-        kept = ("orbit", "ut1", "sensitivity", "uncertainty")
+        kept = ("orbit", "ut1", "sensitivity", "uncertainty", "columns")
         return replace(self, **(parts | {name: getattr(self, name) for name in kept}))
 
     # -- indexing -----------------------------------------------------------------------------

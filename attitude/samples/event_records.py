@@ -10,19 +10,18 @@ import numpy as np
 from .. import units
 from .event import Event
 
-# Units of the details of events; details that are not listed are counts and flags.
-UNITS = {
-    "normal_speed": "m_s",
-    "impulse": "N_s",
-    "angular_impulse": "N_m_s",
-    "point": "m",
-    "energy_lost": "J",
-    "rate_before": "rad_s",
-    "rate_after": "rad_s",
-    "velocity_before": "m_s",
-    "velocity_after": "m_s",
+# Details of events with their units; those that are not listed are counts and flags.
+RECORD_NAMES = {
+    "normal_speed": "normal_speed_m_s",
+    "impulse": "impulse_N_s",
+    "angular_impulse": "angular_impulse_N_m_s",
+    "point": "point_m",
+    "energy_lost": "energy_lost_J",
+    "rate_before": "rate_before_rad_s",
+    "rate_after": "rate_after_rad_s",
+    "velocity_before": "velocity_before_m_s",
+    "velocity_after": "velocity_after_m_s",
 }
-RECORD_NAMES = {name: f"{name}_{unit}" for name, unit in UNITS.items()}
 
 
 def to_plain(events: Sequence[Event]) -> list[dict[str, Any]]:

@@ -44,6 +44,13 @@ class Plan:
     orbit: str = ""
 
     @property
+    def error_text(self) -> str:
+        """The bound on the error and where it comes from, for people."""
+        if self.error_bound is None:
+            return self.bound_source
+        return f"{self.error_bound:.2g} ({self.bound_source})"
+
+    @property
     def compute_seconds(self) -> float:
         """Wall-clock time, s, of the constants and the samples together."""
         return self.set_up_seconds + self.sample_seconds

@@ -12,13 +12,13 @@ import numpy as np
 from .. import stopping
 from ..errors import RegimeError
 from ..times.instants import Instants
+from .chunks import CHUNK_INSTANTS
 from .ephemeris_data import EphemerisData
 from .interpolation import Interpolation, InterpolationMethod, InterpolationSegment, interpolate
 from .provenance import BETWEEN_ATTITUDES_OF_A_FILE, Plan
 
 # Events at which the rate jumps, or which a file marks as not to be interpolated across.
 SEGMENT_EVENTS = ("impulse", "contact", "segment")
-INSTANTS_PER_BLOCK = 1 << 14  # weights of so many instants are in memory at a time
 
 
 def with_interpolation(data: EphemerisData) -> EphemerisData:
@@ -127,9 +127,9 @@ class Interpolator:
 
 
 def _blocks(owners: np.ndarray) -> Iterable[np.ndarray]:
-    """Indices of instants of one segment each, a limited number at a time."""
+    """Indices of instants of one segment each, as many as have their weights in memory at a time."""
     order = np.argsort(owners, kind="stable")
     edges = np.flatnonzero(np.diff(owners[order])) + 1
     for part in np.split(order, edges):
-        for first in range(0, part.size, INSTANTS_PER_BLOCK):
-            yield part[first : first + INSTANTS_PER_BLOCK]
+        for first in range(0, part.size, CHUNK_INSTANTS):
+            yield part[first : first + CHUNK_INSTANTS]

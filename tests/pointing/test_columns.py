@@ -129,6 +129,12 @@ def test_unknown_columns_are_refused_with_the_list_and_what_was_meant(columns, m
         assert re.search(f"did you mean '{meant[:-1]}.'", str(refused.value))
 
 
+@pytest.mark.parametrize("frame", ["GCRF", "TEME"])
+def test_columns_are_those_chosen_at_other_instants_too(frame):
+    data = orbiting().with_columns("euler:ZYX").in_frame(frame).resampled([1.0, 2.0])
+    assert data.to_table().colnames == orbiting().with_columns("euler:ZYX").to_table().colnames
+
+
 def test_column_is_named_once():
     with pytest.raises(InputError, match="columns: each once; got 'time'"):
         motion().at(T).with_columns("time,quaternion,time")

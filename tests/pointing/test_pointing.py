@@ -151,6 +151,18 @@ def test_angles_of_the_spin_make_the_attitude_again(axis):
     assert np.abs(spin.rate - data.angular_velocity @ third).max() <= 1e-15
 
 
+@pytest.mark.parametrize("off", [1e-3, 1e-6, 1e-9, 1e-200])
+def test_nutation_of_an_axis_beside_minus_z_is_its_angle_from_the_momentum(off):
+    data = motion().at(T)
+    axis = [off, -2.0 * off, -1.0]
+    assert data.spin(axis).nutation == pytest.approx(data.angle(axis, "momentum"), abs=1e-14)
+
+
+def test_no_instants_have_no_angles():
+    data = motion().at([])
+    assert (data.euler().shape, data.spin().ra.shape) == ((0, 3), (0,))
+
+
 def test_ground_points_are_on_the_ellipsoid_and_along_the_axis():
     data = orbiting()
     points = data.ground_points("z")
