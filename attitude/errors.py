@@ -194,6 +194,14 @@ def _steps(field: str) -> tuple[str | int, ...]:
     )
 
 
+def field_of(steps: tuple[str | int, ...]) -> str:
+    """The path that steps lead along: ("times", "dates", 3) as "times.dates[3]"; "document" without any."""
+    text = ""
+    for step in steps:
+        text += f"[{step}]" if isinstance(step, int) else (f".{step}" if text else step)
+    return text or "document"
+
+
 def unknown(noun: str, name: Any, known: Iterable[str]) -> str:
     """What is wrong with a name that is none of the known ones: the nearest of them, or else all.
 

@@ -61,27 +61,6 @@ def test_windows_take_dates():
     assert len(one) == len(motion().crossings(condition, 0.0, 3600.0)) > 0
 
 
-@pytest.mark.parametrize(
-    ("t", "message"),
-    [
-        ("soon", r"t: a date such as 2026-01-01T00:00:00 \(ISO 8601\); got 'soon'"),
-        ([ISO, "2024-02-30T00:00:00"], r"t\[1\]: a date such as"),
-        ([[1.0], [2.0, 3.0]], "t: seconds as floats"),
-        ([ISO, 5.0], r"t\[1\]: a date such as"),
-    ],
-)
-def test_what_is_no_date_is_named(t, message):
-    with pytest.raises(InputError, match=message):
-        motion().at(t)
-
-
-def test_a_date_without_an_epoch_is_refused():
-    with pytest.raises(InputError, match="t: elapsed time, or an epoch for the motion to count from"):
-        motion(None).at(ISO)
-    with pytest.raises(InputError, match="epoch: an astropy Time, a datetime"):
-        motion(5.0)
-
-
 # -- scenes ------------------------------------------------------------------------------------------
 
 

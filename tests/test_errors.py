@@ -246,6 +246,8 @@ TIMES = {
     "text": ("soon", "t", "a date such as"),
     "list of text": (["2020-01-01", "2020-01-32"], "t[1]", "a date such as"),
     "text that is a number": (["5"], "t[0]", "a date such as"),
+    "a date and a number": (["2020-01-01", 5.0], "t[1]", "a date such as"),
+    "lists of several lengths": ([[1.0], [2.0, 3.0]], "t", SECONDS),
     "numpy's missing date": (np.array("NaT", dtype="datetime64[s]"), "t", MISSING),
     "numpy minutes": (np.timedelta64(3, "m"), "t", SECONDS),
     "Python's date": (datetime.date(2020, 1, 1), "t", SECONDS),
@@ -263,9 +265,10 @@ def test_times_refused(t, field, message):
     assert caught.value.field == field
 
 
-def test_date_without_an_epoch_is_refused():
-    with pytest.raises(InputError, match="an epoch for the motion to count from") as caught:
-        motion().at(EPOCH)
+@pytest.mark.parametrize("date", [EPOCH, "2020-01-01T00:00:00"], ids=str)
+def test_date_without_an_epoch_is_refused(date):
+    with pytest.raises(InputError, match="elapsed time, or an epoch for the motion to count from") as caught:
+        motion().at(date)
     assert caught.value.field == "t"
 
 

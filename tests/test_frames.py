@@ -314,16 +314,6 @@ def test_nutation_is_not_extended_to_any_age():
         motion().at([0.0, 4e10]).in_frame("TEME")
 
 
-def test_no_network_is_asked(monkeypatch):
-    def asked(*_, **__):
-        raise AssertionError("network")
-
-    monkeypatch.setattr("astropy.utils.data.download_file", asked)
-    monkeypatch.setattr("urllib.request.urlopen", asked)
-    monkeypatch.setattr(iers.conf, "auto_download", True)
-    motion(epoch=Time("2026-11-20T00:00:00", scale="utc")).at([0.0, 1e6]).in_frame("ITRF")
-
-
 @pytest.mark.parametrize("frame", ["GCRF", "ITRF", "QSW"])
 def test_nothing_leads_back_from_axes_along_an_orbit(frame):
     with pytest.raises(RegimeError, match="no rotation from LVLH"):

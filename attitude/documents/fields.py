@@ -17,7 +17,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from pydantic_core import core_schema
 
 from .. import stopping
-from ..errors import AttitudeError, FormatError, InputError, suggestion, unknown
+from ..errors import AttitudeError, FormatError, InputError, field_of, suggestion, unknown
 
 
 def _text(value: Any) -> Any:
@@ -210,12 +210,13 @@ def fault(
     steps = tuple(details["loc"])
     cause = details.get("ctx", {}).get("error")
     if isinstance(cause, InputError):  # raised by a check of ours, relative to its part
-        return InputError(_field((*steps, *cause.steps)), cause.value, cause.expected, (*steps, *cause.steps))
+        steps = (*steps, *cause.steps)
+        return InputError(field_of(steps), cause.value, cause.expected, steps)
     if details["type"] == "extra_forbidden":
         expected = unknown(noun, steps[-1], known_keys(steps[:-1]))
-        return InputError(_field(steps), details["input"], expected, steps)
+        return InputError(field_of(steps), details["input"], expected, steps)
     value = None if details["type"] == "missing" else details["input"]
-    return InputError(_field(steps), value, _expected(details), steps)
+    return InputError(field_of(steps), value, _expected(details), steps)
 
 
 @lru_cache(maxsize=16)
@@ -247,14 +248,6 @@ def _forms(node: Any, value: Any, schema: Any) -> Iterator[Any]:
     is_kind = node.get("type") == ("array" if isinstance(value, list) else "object")
     if is_kind and all(value.get(key, constant) == constant for key, constant in constants.items()):
         yield node
-
-
-def _field(steps: tuple[str | int, ...]) -> str:
-    """("times", "dates", 3) as "times.dates[3]"."""
-    text = ""
-    for step in steps:
-        text += f"[{step}]" if isinstance(step, int) else (f".{step}" if text else step)
-    return text or "document"
 
 
 _EXPECTED = {

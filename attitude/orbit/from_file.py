@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -21,6 +20,7 @@ from ..samples.transform import rotation_between
 from ..times.instants import Instants, as_instants
 from ..times.julian_dates import DAY, J2000
 from .orbit import AboutABody
+from .piecewise_polynomial import VectorFunction
 from .state_table import SLACK, Curves, StateTable, best_curves, check_table, curves_path
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ class OrbitFile(AboutABody):
             covered = [spans[k] for k in used]
             each = [self._curves(tables[k], content.segments[k], start, stop) for k in used]
             margin = max(float(np.diff(tables[k].seconds).max()) for k in used)
-            curves = _joined(each, [ends[0] for ends in covered[1:]])
+            curves = Curves.joined(each, [ends[0] for ends in covered[1:]])
         first, last = max(covered[0][0], start - margin), min(covered[-1][1], stop + margin)
         curves = self._turned(curves, source, frame, epoch)
         return curves_path(curves, (min(first, start), max(last, stop)), start, central, self._form)
@@ -188,33 +188,14 @@ class OrbitFile(AboutABody):
         if source == frame:
             return curves
 
-        def turned(curve: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+        def turned(curve: VectorFunction) -> VectorFunction:
             def along(t: np.ndarray) -> np.ndarray:
                 turn = rotation_between(source, frame, Instants(t, None, epoch), self.ut1)
                 return curve(t) if turn is None else rotate(turn.quaternion, curve(t))
 
             return along
 
-        return curves._replace(curve=turned(curves.curve), better=turned(curves.better))
-
-
-def _joined(parts: list[Curves], starts: list[float]) -> Curves:
-    """One of several curves, each from its start on; the first from the beginning."""
-    if len(parts) == 1:
-        return parts[0]
-
-    def piecewise(name: str) -> Callable[[np.ndarray], np.ndarray]:
-        def curve(t: np.ndarray) -> np.ndarray:
-            owner, values = np.searchsorted(starts, t, side="right"), np.empty((t.size, 3))
-            for k in np.unique(owner):
-                stopping.check()
-                values[owner == k] = getattr(parts[k], name)(t[owner == k])
-            return values
-
-        return curve
-
-    error, rows = max(part.error for part in parts), sum(part.rows for part in parts)
-    return Curves(piecewise("curve"), piecewise("better"), error, rows)
+        return curves.changed(turned)
 
 
 def with_path(value: dict[str, Any]) -> dict[str, Any]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from .. import units
+from .. import stopping, units
 from ..errors import InputError
 from ..problem.initial_state import CentralBody, OrbitPath
 from ..samples.interpolation import hermite_vectors, lagrange_basis, weighted
@@ -44,6 +45,29 @@ class Curves(NamedTuple):
     better: VectorFunction
     error: float
     rows: int
+
+    def changed(self, change: Callable[[VectorFunction], VectorFunction]) -> Curves:
+        """Both curves changed alike."""
+        return self._replace(curve=change(self.curve), better=change(self.better))
+
+    @classmethod
+    def joined(cls, parts: list[Curves], starts: list[float]) -> Curves:
+        """One of several, each from its start on; the first from the beginning."""
+        if len(parts) == 1:
+            return parts[0]
+
+        def piecewise(name: str) -> VectorFunction:
+            def curve(t: np.ndarray) -> np.ndarray:
+                owner, values = np.searchsorted(starts, t, side="right"), np.empty((t.size, 3))
+                for k in np.unique(owner):
+                    stopping.check()
+                    values[owner == k] = getattr(parts[k], name)(t[owner == k])
+                return values
+
+            return curve
+
+        error, rows = max(part.error for part in parts), sum(part.rows for part in parts)
+        return cls(piecewise("curve"), piecewise("better"), error, rows)
 
 
 class StateTable(NamedTuple):
