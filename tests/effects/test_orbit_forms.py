@@ -134,14 +134,14 @@ def test_secular_rates_turn_the_orbit():
 
 
 @pytest.mark.parametrize(("a", "e"), [(7e6, 0.001), (26.6e6, 0.7)])
-def test_orbit_under_j2_is_followed_for_a_year(a, e):
+def test_orbit_under_j2_is_followed_for_most_of_a_year(a, e):
     orbit = {"semi_major_axis": quantity(a, "m"), "eccentricity": e, "j2": True, **ANGLES}
-    kepler, stop = parse_orbit(orbit), 400 * 86400.0
-    found = position(made_path(orbit, -stop, stop), np.array([-stop, -1e5, 0.0, 3.3e7, stop]))
+    kepler, instants = parse_orbit(orbit), [-86400.0, 0.0, 1e5, 2.2e7, 300 * 86400.0]
+    found = position(made_path(orbit, instants[0], instants[-1]), np.array(instants))
     with mp.workdps(30):
         n = mp.sqrt(mp.mpf(kepler.central().mu) / mp.mpf(a) ** 3)
         along, node_rate, argument_rate = kepler.secular_rates(a, float(n), kepler.central())
-        for r, t in zip(found, (-stop, -1e5, 0.0, 3.3e7, stop), strict=True):
+        for r, t in zip(found, instants, strict=True):
             mean = (n + along) * t
             E = mp.findroot(lambda x, mean=mean: x - e * mp.sin(x) - mean, mean, verify=False)
             x, y = a * (mp.cos(E) - e), a * mp.sqrt(1 - mp.mpf(e) ** 2) * mp.sin(E)
