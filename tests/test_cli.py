@@ -132,7 +132,7 @@ def test_compilation_is_announced_on_a_terminal(answer, tmp_path, monkeypatch):
         kernel_cache, "run_compilers", lambda *_: monkeypatch.setattr(kernel_cache, "is_kept", is_kept)
     )
     for _ in range(2):
-        monkeypatch.setattr(compiled, "sample", compiled.Kernel("cayley_klein.sample"))
+        monkeypatch.setattr(Batch, "sample_kernel", compiled.Kernel("cayley_klein.sample"))
         monkeypatch.setattr(kernel_cache, "is_kept", lambda signature: False)
         code, _, err = answer("run", "toutatis", "-o", tmp_path / "out.csv", terminal=True)
         assert code == 0

@@ -10,12 +10,9 @@ import pytest
 from astropy.coordinates import GCRS, ITRS, TEME, CartesianRepresentation
 from astropy.coordinates.builtin_frames import intermediate_rotation_transforms as matrices
 from astropy.time import Time, TimeDelta
-from astropy.utils import iers
 from scipy.spatial.transform import Rotation
 
 from attitude import Ephemeris, InputError, RegimeError, RigidBody, Scene, TorqueFreeMotion
-from attitude.cost import AbsentError
-from attitude.cost.methods import orekit
 from attitude.frames import earth_orientation, rotations
 from attitude.frames.earth_fixed import itrf, teme
 from attitude.frames.inertial import from_gcrf
@@ -38,11 +35,7 @@ DAY = 86400.0
 WEIGHTS = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
 
 
-@pytest.fixture(autouse=True)
-def offline(monkeypatch):
-    """astropy asks for no network, and takes predictions however old its tables are."""
-    monkeypatch.setattr(iers.conf, "auto_download", False)
-    monkeypatch.setattr(iers.conf, "auto_max_age", None)
+pytestmark = pytest.mark.usefixtures("offline")
 
 
 def motion(epoch=EPOCH, frame="GCRF", rate=(2e-3, -1e-3, 3e-3)):
@@ -563,16 +556,6 @@ def test_no_motion_is_computed_in_a_frame_that_turns(frame):
 
 
 # -- Orekit ---------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="session")
-def java():
-    """JClass of a machine that knows Orekit; skips where there is none."""
-    try:
-        orekit.start()
-    except AbsentError as error:
-        pytest.skip(str(error))
-    return pytest.importorskip("jpype").JClass
 
 
 @pytest.mark.parametrize(("name", "theirs"), [("QSW", "QSW"), ("LVLH", "LVLH_CCSDS")])

@@ -8,7 +8,7 @@ and up to the next one.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,10 @@ class Curve(NamedTuple):
     seconds: np.ndarray
     quaternion: np.ndarray
     contacts: list[float]
+
+    def part(self, key: Any) -> Curve:
+        """The attitudes of a mask or a slice, with all contacts."""
+        return self._replace(seconds=self.seconds[key], quaternion=self.quaternion[key])
 
 
 class Drop(NamedTuple):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..dynamics.drop_comparison import Curve, Drop
+from ..dynamics.drop_comparison import Drop
 from ..frames.rotations import angle_between
 from .style import BLUE, CIRCLES, DASHED, GREEN, RED, drawn
 
@@ -25,9 +25,9 @@ def picture(drop: Drop, file_format: str, name: str = "") -> bytes:
 def draw(drop: Drop, name: str, figure: Figure) -> None:
     """Four panels of the quaternion's components, and one of the angle from the model."""
     if len(drop.falling.seconds) < len(drop.model.seconds):  # it came to rest, and is followed no further
-        drop = Drop(*(_part(curve, curve.seconds <= drop.falling.seconds[-1]) for curve in drop))
+        drop = Drop(*(curve.part(curve.seconds <= drop.falling.seconds[-1]) for curve in drop))
     step = max(1, len(drop.weightless.seconds) // 60)  # few circles, so that the line below them is seen
-    drop = drop._replace(weightless=_part(drop.weightless, slice(None, None, step)))
+    drop = drop._replace(weightless=drop.weightless.part(slice(None, None, step)))
     panels = figure.subplots(5, 1, sharex=True, height_ratios=[1, 1, 1, 1, 1.1])
     for component, axes in enumerate(panels[:4]):
         draw_component(axes, drop, component)
@@ -80,7 +80,3 @@ def apart(moments: list[float], distance: float) -> list[float]:
         if not labelled or moment - labelled[-1] >= distance:
             labelled.append(moment)
     return labelled
-
-
-def _part(curve: Curve, key: Any) -> Curve:
-    return Curve(curve.seconds[key], curve.quaternion[key], curve.contacts)

@@ -25,7 +25,6 @@ SETTINGS = {
 }
 RED, BLUE, GREEN, BLACK = "#d55e00", "#0072b2", "#009e73", "#000000"
 AXIS_COLOURS = dict(zip("xyz", (RED, GREEN, BLUE), strict=True))  # as the viewer has them
-MORE_COLOURS = ("#cc79a7", "#8c6d00", "#56b4e9", "#666666", "#7f3c8d")
 DASHED = (0, (4, 2))
 CIRCLES = {"linestyle": "none", "marker": "o", "markerfacecolor": "none"}
 
@@ -33,7 +32,8 @@ CIRCLES = {"linestyle": "none", "marker": "o", "markerfacecolor": "none"}
 def line_colours(count: int) -> tuple[str, ...]:
     """Colours of so many lines of a panel, at most nine: three are those of the axes x, y and z."""
     axes = tuple(AXIS_COLOURS.values())
-    return axes if count == 3 else (BLACK, *axes, *MORE_COLOURS)[:count]
+    others = ("#cc79a7", "#8c6d00", "#56b4e9", "#666666", "#7f3c8d")
+    return axes if count == 3 else (BLACK, *axes, *others)[:count]
 
 
 def time_unit(seconds: np.ndarray) -> tuple[str, float]:

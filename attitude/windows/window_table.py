@@ -23,7 +23,6 @@ from .root_search import crossings
 
 DEFAULT_WIDTH = 1e-6  # of the shortest period of the motion
 RATE_INSTANTS = 15  # over the span of a motion under torques, at which that period is taken
-SECOND_DECIMALS = 9
 
 
 class WindowsAnswer(TypedDict):
@@ -90,7 +89,7 @@ class Windows:
     def columns(self) -> dict[str, list[Any]]:
         """Columns by name: dates where there is an epoch, seconds since it, what is cut off by the span."""
         ends = {"start": self.start, "stop": self.stop}
-        dates = {name: _iso(each) for name, each in ends.items() if each.epoch is not None}
+        dates = {name: _dates(each.time) for name, each in ends.items() if each.time is not None}
         seconds = {f"{name}_s": each.seconds.tolist() for name, each in ends.items()}
         cut = {"begins_before": self.begins_before.tolist(), "ends_after": self.ends_after.tolist()}
         return {**dates, **seconds, "duration_s": self.duration.tolist(), **cut}
@@ -103,14 +102,12 @@ class Windows:
 
     def to_dict(self) -> WindowsAnswer:
         """Return plain data."""
-        epoch = None if self.epoch is None else self.epoch.copy()
-        if epoch is not None:
-            epoch.precision = SECOND_DECIMALS
+        epoch = self.epoch
         return {
             "kind": "attitude-windows/1",
             "name": self.name,
             "condition": self.condition.document(),
-            "epoch": None if epoch is None else {"time": epoch.isot, "scale": epoch.scale},
+            "epoch": None if epoch is None else {"time": _dates(epoch)[0], "scale": epoch.scale},
             "span_s": list(self.span),
             "width_s": self.width,
             "total_s": float(self.duration.sum()),
@@ -140,7 +137,7 @@ class Windows:
         """Return a table for people."""
         columns = {name: values for name, values in self.columns().items() if not name.startswith(("b", "e"))}
         cells = [
-            [f"{value:.{SECOND_DECIMALS}f}" if isinstance(value, float) else str(value) for value in column]
+            [f"{value:.9f}" if isinstance(value, float) else str(value) for value in column]
             for column in columns.values()
         ]
         widths = [
@@ -155,11 +152,9 @@ class Windows:
         return "\n".join(table) + "\n"
 
 
-def _iso(instants: Instants) -> list[str]:
-    time = instants.time
-    assert time is not None
+def _dates(time: Time) -> list[str]:
     time = time.copy()
-    time.precision = SECOND_DECIMALS
+    time.precision = 9
     return np.atleast_1d(time.isot).tolist()
 
 

@@ -20,15 +20,6 @@ THREE = {"short axis": GENERIC["short axis"], "Toutatis": GENERIC["Toutatis"], "
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed")
 
 
-@pytest.fixture(scope="session")
-def java():
-    """Skips where Orekit cannot run; what cannot be tested otherwise is its absence, below."""
-    try:
-        orekit.start()
-    except AbsentError as error:
-        pytest.skip(str(error))
-
-
 def ten_periods(body):
     return np.linspace(0.0, 10.0 * problem(body).unit, 9)
 

@@ -10,7 +10,6 @@ import pytest
 from astropy import units as u
 from astropy.coordinates import GCRS, TEME, CartesianRepresentation, get_body_barycentric
 from astropy.time import Time, TimeDelta
-from astropy.utils import iers
 from scipy.integrate import solve_ivp
 
 from attitude import AttitudeWarning, InputError, Scene
@@ -165,8 +164,7 @@ def tle_path(lines, after=3600.0, stop=2 * 86400.0, frame="GCRF"):
 
 
 @pytest.mark.parametrize("lines", TLES.values(), ids=TLES)
-def test_tle_is_where_sgp4_and_astropy_say(lines):
-    iers.conf.auto_download = False
+def test_tle_is_where_sgp4_and_astropy_say(lines, offline):
     made, epoch = tle_path(lines)
     t = np.linspace(0.0, 2 * 86400.0, 60)
     since = (epoch.tai - start_of(lines).tai).sec

@@ -12,7 +12,6 @@ from astropy import units as u
 from astropy.coordinates import GCRS, ITRS, CartesianRepresentation
 from astropy.coordinates.builtin_frames import intermediate_rotation_transforms as matrices
 from astropy.time import Time, TimeDelta
-from astropy.utils import iers
 from scipy.interpolate import BarycentricInterpolator
 from scipy.spatial.transform import Rotation
 
@@ -27,11 +26,7 @@ EPOCH = Time("2026-03-20T12:00:00", scale="utc")
 HALF = math.sqrt(0.5)
 
 
-@pytest.fixture(autouse=True)
-def offline(monkeypatch):
-    """astropy asks for no network, and takes predictions however old its tables are."""
-    monkeypatch.setattr(iers.conf, "auto_download", False)
-    monkeypatch.setattr(iers.conf, "auto_max_age", None)
+pytestmark = pytest.mark.usefixtures("offline")
 
 
 def motion(epoch=EPOCH, frame="GCRF", rate=(0.02, -0.01, 0.03)):
