@@ -15,6 +15,7 @@ import pytest
 from attitude import AttitudeError, Scene
 from attitude.cost import InitialValueProblem
 from attitude.cost.methods import ours
+from attitude.rigid_body.constants_of_motion import Batch
 from attitude.runtime import build, compiled, kernel_cache, prebuilt, signature
 from attitude.runtime.signature import Signature
 

@@ -17,6 +17,7 @@ from attitude import Ephemeris, Scene, __version__
 from attitude.cli import console, main
 from attitude.documents import fields
 from attitude.formats import FORMATS, schema
+from attitude.rigid_body.constants_of_motion import Batch
 from attitude.runtime import compiled, kernel_cache
 from attitude.samples import chunks
 from attitude.scene.document import builtin_names
