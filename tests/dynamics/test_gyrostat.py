@@ -9,6 +9,7 @@ from attitude.kernels.layout import GyrostatRegime, GyrostatRoute
 from attitude.oracle.torque_motion import TorqueMotion
 from attitude.oracle.truth import attitude_error, component_error, rate_error
 from attitude.rigid_body.body import RigidBody
+from attitude.rigid_body.gyrostat_constants import GyrostatBatch
 from attitude.times.instants import Instants
 from tests.dynamics.motions import matrix
 from tests.dynamics.test_torques_effects import quantity, scene
@@ -69,6 +70,15 @@ def form(batch):
     circling = record["flips"] != 0
     positive = circling != bool(record["even"]) if circling else bool(record["even"])
     return ("C" if circling else "L") + ("+" if positive else "-")
+
+
+def test_part_of_a_batch_is_the_same_gyrostats():
+    rotors = np.array([(0.0, 0.0, 0.7), (0.3, -0.2, 0.7), (0.3, 0.0, 0.2)])
+    whole = GyrostatBatch(RigidBody(ABC), np.array(ATTITUDE), np.array(RATE), rotors, (3,))
+    part, seconds = whole[1:], [-3.0, 0.7, 11.0]
+    assert np.array_equal(part.rotors, rotors[1:])
+    for of_all, of_part in zip(samples(whole, seconds), samples(part, seconds), strict=True):
+        assert np.array_equal(of_part, of_all[1:])
 
 
 @pytest.mark.parametrize("name", MOTIONS)
