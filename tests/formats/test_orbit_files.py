@@ -196,6 +196,11 @@ TWO = oem(oem_segment(ROWS[:20], OBJECT_NAME="A [1]"), oem_segment(ROWS[20:], OB
         ({"oem": INLINE["oem"]["oem"].replace("OBJECT_NAME = SAT\n", "")}, "orbit.oem", "no OBJECT_NAME"),
         ({"oem": "CCSDS_AEM_VERS = 2.0"}, "orbit.oem", "not an OEM"),
         ({"oem": INLINE["oem"]["oem"], "object": "OTHER"}, "orbit.oem", "no object 'OTHER', but SAT"),
+        (
+            {"oem": oem(oem_segment(ROWS, REF_FRAME="TEME", REF_FRAME_EPOCH="2026-01-01T00:00:00"))},
+            "orbit.oem",
+            "REF_FRAME_EPOCH = 2026-01-01T00:00:00: TEME is read as that of date",
+        ),
         ({"oem": TWO}, "orbit.oem", r"several objects \(A \[1\], A \[2\]\)"),
         ({"oem": TWO, "object": "A"}, "orbit.oem", "no object 'A', but A"),
         ({"oem": oem_xml(ROWS).replace("<Y>", '<Y units="m">', 1)}, "orbit.oem", "Y in m, not km"),

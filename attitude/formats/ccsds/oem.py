@@ -102,6 +102,8 @@ class _OemReader(TextReader):
                 if fields.get(name) != first.get(name):
                     raise fields.error(name, f"the segment before has {first.values[name]}")
         frame = frame_named(first.get("REF_FRAME") or "")
+        if frame in ("TEME", "GTOD") and "REF_FRAME_EPOCH" in first.values:
+            raise first.error("REF_FRAME_EPOCH", f"{frame} is read as that of date, not as that of an epoch")
         segments = tuple(self._segment(fields, rows) for fields, rows in parts)
         return OrbitRows(segments, frame, first.get("CENTER_NAME") or "", self.source)
 
