@@ -78,7 +78,7 @@ class SegmentReader(NamedTuple):
             raise self.error("a number that is not finite, or none of an attitude")
         if kind == 6:
             return self.mini_segments()
-        segment = self.rotations() if kind == 2 else self.packets() if kind == 5 else self.records()
+        segment = self.constant_rates() if kind == 2 else self.packets() if kind == 5 else self.records()
         ticks = segment.records.ticks
         inside = (ticks >= self.array.doubles[0]) & (ticks <= self.array.doubles[1])
         if not inside.any():
@@ -145,11 +145,10 @@ class SegmentReader(NamedTuple):
         A mini-segment of type 6 is one interval, with neither starts nor their number.
         """
         is_mini = self.array.integers[2] == 6
-        control = self.values[-4:] if is_mini else self.values[-5:]
-        if is_mini and control.size < 4:
-            raise self.error("a mini-segment without its numbers of control")
-        if control.size < (4 if is_mini else 5):
-            raise self.error(f"{self.noun} whose size does not match its counts")
+        needed = 4 if is_mini else 5
+        control = self.values[-needed:]
+        if control.size < needed:
+            raise self.error(f"{self.noun} without its numbers of control")
         rate, subtype, window, *intervals, count = control
         if subtype not in range(len(PACKET_SIZES)):
             raise self.error(f"a segment of subtype {float(subtype)!r}; 0 to 3 are read")
@@ -193,7 +192,7 @@ class SegmentReader(NamedTuple):
                 read.append(mini.part(inside))
         return read
 
-    def rotations(self) -> CkSegment:
+    def constant_rates(self) -> CkSegment:
         """Type 2: records, when they begin, when they end, every hundredth of the beginnings."""
         count = -(-(100 * self.values.size + 1) // 1001)
         if count < 1 or self.values.size != 10 * count + (count - 1) // 100:
