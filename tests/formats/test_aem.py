@@ -572,18 +572,6 @@ def test_malformed_file_is_refused_by_file_and_line(changes, message, line):
     assert caught.value.line == line or line is None
 
 
-def test_error_late_in_a_large_file_names_its_line(monkeypatch):
-    monkeypatch.setattr("attitude.formats.line_blocks.BLOCK_BYTES", 5000)
-    monkeypatch.setattr("attitude.formats.ccsds.xml_reader.CHUNK_BYTES", 5000)
-    for syntax in FORMATS:
-        lines = text_of(motion().at(np.arange(500) / 7), syntax).splitlines()
-        wrong = max(i for i, line in enumerate(lines) if "2017-01-01T00:01:00.4" in line)
-        lines[wrong] = lines[wrong].replace("2017", "2016")
-        with pytest.raises(FormatError, match="not after the one before") as caught:
-            read("\n".join(lines) + "\n")
-        assert caught.value.line == wrong + 1
-
-
 @pytest.mark.parametrize("beginning", ["", "CCSDS_AEM_VERS = 2.0\n", "<?xml version='1.0'?>", "<aem>"])
 @pytest.mark.parametrize(
     "pattern",

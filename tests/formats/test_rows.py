@@ -186,8 +186,8 @@ def ephemeris(count, format):
 
 
 WRONG = {
-    "aem": [(b"0.", b"0,"), (b"T", b" "), (b" 0.", b" nan."), (b" 0.", b" ")],
-    "aem-xml": [(b">0.", b">0,"), (b">-0.", b">inf")],
+    "aem": [(b"0.", b"0,"), (b"T", b" "), (b" 0.", b" nan."), (b" 0.", b" "), (b"2017", b"2016")],
+    "aem-xml": [(b">0.", b">0,"), (b">-0.", b">inf"), (b">2017", b">2016")],
     "stk": [(b" 0.", b" 0,"), (b" 0.", b" nan"), (b" 0.", b" 1 0.")],
     "csv": [(b",0.", b",0x"), (b",0.0,0.", b",0.0,"), (b",0.", b",1,0."), (b",0.", b",nan#")],
     "ndjson": [(b":0.", b":x"), (b":0.", b':"0.'), (b"}", b"]"), (b'"q_w"', b'"q_v"'), (b"q_w", b"q_x")],
@@ -200,6 +200,7 @@ WRONG = {
 @pytest.mark.parametrize("block", [5000, 1 << 22])
 def test_error_late_in_a_file_names_its_line(monkeypatch, format, old, new, block):
     monkeypatch.setattr("attitude.formats.line_blocks.BLOCK_BYTES", block)
+    monkeypatch.setattr("attitude.formats.ccsds.xml_reader.CHUNK_BYTES", block)
     text = ephemeris(400, format).split(b"\n")
     wrong = next(i for i in range(len(text) * 3 // 4, len(text)) if old in text[i])
     text[wrong] = text[wrong].replace(old, new, 1)
