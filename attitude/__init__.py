@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .estimation.fit import fit
     from .motion import TorqueFreeMotion
     from .rigid_body.body import RigidBody
-    from .scene.document import Scene
+    from .scene.scene import Scene
     from .times.instants import Grid
 
 
@@ -26,7 +26,7 @@ _WHERE = {
     "InputError": "errors",
     "RegimeError": "errors",
     "RigidBody": "rigid_body.body",
-    "Scene": "scene.document",
+    "Scene": "scene.scene",
     "ToleranceError": "errors",
     "TorqueFreeMotion": "motion",
     "fit": "estimation.fit",

@@ -31,8 +31,8 @@ from attitude.quality.check import check_report
 from attitude.quality.compare import compare as compare_ephemerides
 from attitude.samples.chunks import Samples
 from attitude.samples.ephemeris_data import EphemerisData
-from attitude.scene.document import Scene
 from attitude.scene.motion_summary import motion_summary
+from attitude.scene.scene import Scene
 from attitude.windows import parse_condition
 
 from .compute import Compute, check_wanted, current, hold

@@ -13,8 +13,9 @@ from typing import Any
 from attitude.formats.encoding import encoded_file
 from attitude.formats.registry import FORMATS
 from attitude.runtime import compiled
-from attitude.scene.document import Scene, builtin_names
+from attitude.scene.builtin_scenes import builtin_names
 from attitude.scene.motion_summary import motion_summary
+from attitude.scene.scene import Scene
 from attitude.stopping import Stop, stoppable
 
 log = logging.getLogger(__name__)

@@ -24,9 +24,10 @@ from attitude.formats.registry import FORMATS
 from attitude.formats.tables.json import EphemerisAnswer
 from attitude.quality.check import CheckAnswer
 from attitude.quality.compare import ComparisonAnswer
-from attitude.scene.document import Scene, builtin_names
+from attitude.scene.builtin_scenes import builtin_names
 from attitude.scene.motion_summary import MotionAnswer
 from attitude.scene.planning import PlanAnswer
+from attitude.scene.scene import Scene
 from attitude.windows.window_table import WindowsAnswer
 
 from . import computations, metrics

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
@@ -63,8 +64,13 @@ def test_scene_in_chunks_is_its_run():
 
 @pytest.mark.parametrize("size", [0, -1, 2.5, True, None])
 def test_size_is_a_whole_number(motion, size):
-    with pytest.raises(InputError, match="size: a whole number, at least 1"):
-        motion.chunks(T, size)
+    for chunks in (
+        partial(motion.chunks, T),
+        Scene.builtin("toutatis").chunks,
+        Scene.builtin("envisat").chunks,
+    ):
+        with pytest.raises(InputError, match="size: a whole number, at least 1"):
+            chunks(size)
 
 
 @pytest.mark.parametrize("times", [5.0, np.zeros((2, 3)), Time("2020-01-01")])

@@ -20,7 +20,7 @@ from attitude.formats import FORMATS, schema
 from attitude.rigid_body.constants_of_motion import Batch
 from attitude.runtime import compiled, kernel_cache
 from attitude.samples import chunks
-from attitude.scene.document import builtin_names
+from attitude.scene.builtin_scenes import builtin_names
 from tests.tables import table
 
 TOUTATIS = Scene.builtin("toutatis")

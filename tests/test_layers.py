@@ -78,8 +78,8 @@ def test_source_is_read_as_python_reads_it():
     assert {"attitude.motion", "attitude.formats.tables.csv", "attitude.kernels.clock"} <= set(MODULES)
     assert "attitude.kernels.doubledouble" in modules_imported("attitude.kernels.elliptic")
     assert {"attitude.units", "attitude.errors"} <= modules_imported("attitude.rigid_body.body")
-    assert "attitude.scene.document" in modules_imported("attitude.cli.command")
-    assert "attitude.scene.document" not in modules_imported("attitude.cli.command", everywhere=False)
+    assert "attitude.scene.scene" in modules_imported("attitude.cli.command")
+    assert "attitude.scene.scene" not in modules_imported("attitude.cli.command", everywhere=False)
 
 
 # -- wings --------------------------------------------------------------------------------------
@@ -135,7 +135,18 @@ def test_no_module_imports_itself_in_a_circle():
 
 # The same role in sibling packages: a package and the module that carries it, kernels and their caller.
 SHARED_ROLES = {
-    *("ensemble", "orbit", "plot", "contact", "solvers", "statistics", "dispersion", "parquet", "partials"),
+    *(
+        "ensemble",
+        "orbit",
+        "plot",
+        "scene",
+        "contact",
+        "solvers",
+        "statistics",
+        "dispersion",
+        "parquet",
+        "partials",
+    ),
     *("check", "compare", "fit", "instants", "interpolation", "windows"),
 }
 

@@ -5,7 +5,7 @@ from types import FunctionType
 import pytest
 
 import attitude
-from attitude.scene.document import Scene
+from attitude.scene.scene import Scene
 
 
 def test_public_names_are_listed_in_order():

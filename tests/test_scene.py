@@ -2,9 +2,8 @@
 
 import contextlib
 import copy
-import gc
 import json
-import weakref
+import math
 from fractions import Fraction
 from itertools import product
 
@@ -25,9 +24,12 @@ from attitude import (
     ToleranceError,
     TorqueFreeMotion,
 )
-from attitude.scene.document import builtin_names
+from attitude.scene import document_parts
+from attitude.scene.builtin_scenes import builtin_names
 from attitude.times.instants import Instants
 from tests.bodies import ATTITUDE, ATTITUDE_TOLERANCE
+from tests.effects import scenes as effect_scenes
+from tests.effects.scenes import quantity
 from tests.tables import GONE, assert_refused, refusals, replaced
 
 DOCUMENT = {
@@ -617,35 +619,18 @@ def test_grid_of_a_dated_scene_builds_no_time(monkeypatch):
         _ = ephemeris.time
 
 
-# Motions that are remembered
+# The motion of a scene
+
+BESIDE_X = {"axis": "z", "to": [1, 0, 0], "below": quantity(60, "deg")}
 
 
-def test_same_body_asked_again_has_the_same_bits_and_an_epoch_of_its_own():
-    document = Scene.builtin("toutatis").document()
-    other = {**document, "times": {"elapsed": [1e6, 2e6], "unit": "s"}}
-    scenes = [Scene.model_validate(each) for each in (document, other)]
-    first, second = (scene.motion() for scene in scenes)
+def test_every_motion_of_a_scene_has_an_epoch_of_its_own():
+    scene = Scene.builtin("toutatis")
+    first, second = scene.motion(), scene.motion()
     assert (first.at(3e6).quaternion("wxyz") == second.at(3e6).quaternion("wxyz")).all()
-    assert first.epoch is not second.epoch
-    first.epoch = None
-    assert scenes[0].motion().epoch is not None
-
-
-@pytest.mark.parametrize(
-    ("field", "changed"),
-    [
-        ("body", {"moments": [3.0836, 3.235, 1.1], "unit": "kg m2"}),
-        ("attitude", {"quaternion": [1.0, 0.0, 0.0, 0.0], "order": "wxyz"}),
-        ("angular_velocity", {"value": [14.51, 33.529, -98.8], "unit": "deg/d"}),
-        ("frame", "ICRF"),
-    ],
-)
-def test_whatever_makes_another_motion_is_not_taken_for_the_same(field, changed):
-    document = Scene.builtin("toutatis").document()
-    one, other = (Scene.model_validate(each).motion() for each in (document, {**document, field: changed}))
-    assert (
-        one.frame != other.frame or (one.at(1e6).quaternion("wxyz") != other.at(1e6).quaternion("wxyz")).any()
-    )
+    first.epoch.format = "jd"
+    assert second.epoch.format != "jd"
+    assert scene.motion().epoch.format != "jd"
 
 
 def test_unit_that_no_text_holds_is_refused_like_any_other():
@@ -655,11 +640,39 @@ def test_unit_that_no_text_holds_is_refused_like_any_other():
         Scene.model_validate(document).motion()
 
 
-def test_scene_is_not_kept_by_who_remembers_its_motion():
-    """Of a document with a million dates only the body and its state are."""
-    scene = Scene.model_validate(Scene.builtin("toutatis").document())
-    scene.motion()
-    gone = weakref.ref(scene)
-    del scene
-    gc.collect()
-    assert gone() is None
+def test_dates_of_a_scene_are_parsed_once(monkeypatch):
+    parsed = []
+    parse = document_parts.parse_times
+    monkeypatch.setattr(document_parts, "parse_times", lambda *each: parsed.append(each) or parse(*each))
+    dates = {"dates": ["2026-03-20T12:00:00", "2026-03-21T12:00:00"], "scale": "utc"}
+    made = effect_scenes.scene(effect_scenes.effect("gravity_gradient"), times=dates)
+    made.run()
+    made.plan()
+    assert len(parsed) == 1
+
+
+@pytest.mark.parametrize("drop_below", [0.0, -1.0, math.nan, math.inf, "small"])
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda scene, limit: scene.plan(drop_below=limit),
+        lambda scene, limit: scene.run(drop_below=limit),
+        lambda scene, limit: scene.samples(drop_below=limit),
+        lambda scene, limit: scene.crossings(BESIDE_X, drop_below=limit),
+    ],
+    ids=["plan", "run", "samples", "crossings"],
+)
+def test_angle_to_drop_effects_below_is_above_zero(ask, drop_below):
+    for name in ("toutatis", "envisat"):
+        with pytest.raises(InputError, match="drop_below: an angle in rad, above 0"):
+            ask(Scene.builtin(name), drop_below)
+
+
+def test_manoeuvre_that_is_left_out_is_in_the_notes_of_plan_and_ephemeris():
+    torque = effect_scenes.effect("constant_torque", start=quantity(100, "s"), stop=quantity(900, "s"))
+    message = effect_scenes.scene(torque).to_apm()
+    before = Scene(apm=message, times={"start": -600, "stop": 0, "count": 3, "unit": "s"})
+    note = "apm: the manoeuvre from 100 s to 900 s is outside the times, and left out"
+    assert not before.effects
+    assert before.plan().notes == (note,)
+    assert before.run().plan.notes == (note,)

@@ -13,7 +13,7 @@ from ..errors import FormatError, InputError, file_errors, suggestion
 
 if TYPE_CHECKING:
     from ..formats.registry import Format
-    from ..scene.document import Scene
+    from ..scene.scene import Scene
 
 SCENE = 'a scene document (JSON file, "-" for standard input), an APM (.apm) or built-in name'
 DURATION = 'a time above 0, such as "10 s" or "1 h" (without a unit: s)'
@@ -113,7 +113,7 @@ def read_scene(name: str, tolerance: str | None = None, instants: dict[str, Any]
 def _parsed_scene(name: str, instants: dict[str, Any] | None) -> Scene:
     from ..documents.fields import parse_json
     from ..documents.files import files_in
-    from ..scene.document import Scene
+    from ..scene.scene import Scene
 
     if Path(name).suffix.lower() == ".apm":
         return Scene.read(name, instants)
@@ -156,7 +156,7 @@ def pop_tolerance(options: Namespace, is_alone: bool = False) -> str | None:
 
 def document_text(name: str) -> tuple[bytes, str]:
     """A document's text, and its name in errors."""
-    from ..scene.document import builtin_names, builtin_text
+    from ..scene.builtin_scenes import builtin_names, builtin_text
 
     if name == "-":
         return sys.stdin.buffer.read(), "standard input"

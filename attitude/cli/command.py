@@ -155,7 +155,8 @@ def complete_parser() -> _Parser:
 
 
 def _scenes(options: argparse.Namespace) -> None:
-    from ..scene.document import Scene, builtin_names
+    from ..scene.builtin_scenes import builtin_names
+    from ..scene.scene import Scene
 
     if options.name is not None:
         print(Scene.builtin(options.name).to_json())

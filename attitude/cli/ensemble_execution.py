@@ -23,7 +23,7 @@ from ..ensemble.statistics import Statistics
 from ..errors import FormatError, InputError, one_line
 from ..runtime.atomic_files import STANDARD_STREAM, write_whole
 from ..runtime.output_paths import check_picture
-from ..scene.document import Scene
+from ..scene.scene import Scene
 from .console import progress_bar, warn
 
 DRAWN = ("bodies", "seed", "moments", "angular_velocity", "attitude")

@@ -63,8 +63,8 @@ def execute(options: Namespace) -> None:
 
 def _write_apm(options: Namespace) -> None:
     """The state of the scene at its epoch, its inertia and its torques: nothing is computed."""
+    from ..formats.ccsds.apm_writer import ApmOptions
     from ..runtime.atomic_files import write_whole
-    from ..scene.parameter_message import ApmOptions
 
     choices = dict(text.partition("=")[::2] for text in options.set)
     scene = arguments.read_scene(options.scene, None, arguments.times(options))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..effects.effect import Torque
     from ..motion import TorqueFreeMotion
     from ..orbit.orbit import OrbitDefinition
-    from ..scene.document import Scene
+    from ..scene.scene import Scene
 
 
 @dataclass(frozen=True)

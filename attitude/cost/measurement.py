@@ -31,7 +31,7 @@ from .methods import FAMILIES, UNDER_TORQUES, select_methods
 from .report import Report
 
 if TYPE_CHECKING:
-    from ..scene.document import Scene
+    from ..scene.scene import Scene
 
 SAMPLES, SAMPLES_UNDER_TORQUES = 100_000, 101
 MAX_SAMPLES = 10_000_000

@@ -16,7 +16,7 @@ from ..kernels.layout import BODIES_PER_BLOCK, LIMB_BITS, LIMB_FIRST, REGIMES, R
 from ..motion import TorqueFreeMotion
 from ..rigid_body.error_bounds import max_phase_rate, refuse_too_far
 from ..runtime import compiled
-from ..scene.document import Scene
+from ..scene.scene import Scene
 from ..times.instants import Instants
 from .block_motion import body_named, free_motion, is_free, motion_of, regimes
 from .sources.states import States, StateSource

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..motion import TorqueFreeMotion
-from ..scene.document import Scene
+from ..scene.scene import Scene
 from ..times.instants import Instants
 from .sources.states import States, StateSource
 

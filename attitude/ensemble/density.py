@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..frames import rotations
-from ..scene.document import Scene
+from ..scene.scene import Scene
 from ..times.instants import Instants
 from .block_motion import motion_of
 from .redraws import Redraws, note

@@ -19,8 +19,8 @@ from ..errors import InputError
 from ..rigid_body.gyrostat_constants import GyrostatBatch
 from ..scene import simulation
 from ..scene.batch_simulation import problem, simulate
-from ..scene.document import Scene
 from ..scene.document_parts import Times
+from ..scene.scene import Scene
 from ..scene.simulation import SimulationInputs
 from ..times.instants import Instants
 from .sources.states import States

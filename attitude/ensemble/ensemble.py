@@ -15,7 +15,7 @@ from astropy.time import Time
 from ..errors import InputError, RegimeError, suggestion, whole_number
 from ..kernels.layout import BODIES_PER_BLOCK, REGIMES, ROW_STRIDE
 from ..samples.html_table import html_table
-from ..scene.document import Scene
+from ..scene.scene import Scene
 from ..times import instants
 from ..times.instants import Instants
 from . import engine

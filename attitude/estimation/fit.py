@@ -13,7 +13,7 @@ from astropy.time import Time
 from ..errors import InputError, ToleranceError, emit_warning
 from ..motion import TorqueFreeMotion
 from ..rigid_body.body import RigidBody
-from ..scene.document import Scene
+from ..scene.scene import Scene
 from ..times.instants import Instants
 from . import starts
 from .fit_result import Fit

@@ -15,8 +15,9 @@ from ..errors import InputError
 from ..formats import find_source
 from ..frames import rotations
 from ..rigid_body.body import RigidBody
-from ..scene.document import Scene, builtin_text
+from ..scene.builtin_scenes import builtin_text
 from ..scene.document_parts import AngularVelocity, Attitude, Body, Epoch, Times
+from ..scene.scene import Scene
 from ..scene.spin_form import SpinForm
 from .fit import prepare
 from .fit_result import Fit, FitAnswer

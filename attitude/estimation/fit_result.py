@@ -15,7 +15,7 @@ from typing_extensions import TypedDict
 from ..motion import TorqueFreeMotion
 from ..runtime import output_paths
 from ..samples.html_table import html_table
-from ..scene.document import Scene
+from ..scene.scene import Scene
 from .observability import Observability
 from .parameters import GROUPS
 from .residuals import Residuals, ResidualsAnswer

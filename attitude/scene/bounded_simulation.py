@@ -13,9 +13,6 @@ from ..windows.bounded_functions import BoundedMotion
 from . import simulation
 from .solved_motion import SolvedMotion
 
-# Of the tolerance, by which attitudes between the solver's may be off; rad, that doubles can tell
-SHARE_OF_TOLERANCE, LEAST_ERROR = 1e-2, 1e-13
-
 
 def bounded(
     inputs: simulation.SimulationInputs, span: tuple[float, float], check: Callable[[float], None] | None
@@ -44,7 +41,8 @@ def bounded(
     def solve(instants: Instants) -> EphemerisData:
         return simulation.run(inputs, check, instants)
 
-    limit = max(SHARE_OF_TOLERANCE * inputs.scene.asked_tolerance, LEAST_ERROR)
+    # of the tolerance, by which attitudes between the solver's may be off; or what doubles can tell
+    limit = max(1e-2 * inputs.scene.asked_tolerance, 1e-13)
     is_solved = inputs.exact is None and inputs.ground is None
     return BoundedMotion(
         state.epoch,

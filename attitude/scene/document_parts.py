@@ -23,7 +23,7 @@ from ..documents.fields import (
     exactly_one,
     field_named,
 )
-from ..documents.quantities import Angle, Mass, check_positive
+from ..documents.quantities import ABOVE_ZERO, Angle, Mass
 from ..errors import InputError, warn
 from ..frames import rotations
 from ..rigid_body.body import RigidBody
@@ -31,7 +31,6 @@ from ..times import instants
 from ..times.instants import Grid, Instants, as_instants
 from ..times.iso8601 import Scale, parse_time, parse_times
 
-MAX_GRID_INSTANTS = 2**53  # of a grid: beyond, doubles cannot count them
 # Between these; below the least, the rounding of the motion itself is larger (docs/theory.md, section 8).
 MIN_TOLERANCE, MAX_TOLERANCE = 1e-13, 1e-2
 
@@ -46,13 +45,12 @@ class Body(Part):
     moments: Vector | None = None
     tensor: Matrix | None = None
     unit: str = Field(examples=["kg m2"])
-    mass: Mass | None = None
+    mass: Annotated[Mass, ABOVE_ZERO] | None = None
     physical: StrictBool = True
 
     @model_validator(mode="after")
     def _one_of(self) -> Body:
         exactly_one(self, ("moments", "tensor"))
-        check_positive(self, "mass")
         return self
 
     def build(self) -> RigidBody:
@@ -101,7 +99,12 @@ class Attitude(Part):
     def _one_of(self) -> Attitude:
         form = exactly_one(self, ("euler", "quaternion", "matrix", "mrp"))
         needed = {"euler": {"sequence", "unit"}, "quaternion": {"order"}}.get(form, set())
-        check_beside(self, form, needed, _MEANING)
+        meanings = {
+            "sequence": 'the axes in turn, such as "ZXZ",',
+            "unit": 'the unit of the angles, "deg" or "rad",',
+            "order": '"wxyz" or "xyzw"',
+        }
+        check_beside(self, form, needed, meanings)
         if self.sequence:
             rotations.check_sequence(self.sequence, "sequence")
         return self
@@ -117,13 +120,6 @@ class Attitude(Part):
             return rotations.from_mrp(np.array(self.mrp))
         angles = _si(self.euler, self.unit or "", u.rad, "attitude.unit")
         return rotations.from_euler(self.sequence or "", angles)
-
-
-_MEANING = {
-    "sequence": 'the axes in turn, such as "ZXZ",',
-    "unit": 'the unit of the angles, "deg" or "rad",',
-    "order": '"wxyz" or "xyzw"',
-}
 
 
 class AngularVelocity(Part):
@@ -148,7 +144,7 @@ class Times(Part):
     start: Number | Text | None = None
     stop: Number | Text | None = None
     step: Annotated[Number, Field(gt=0)] | None = None
-    count: Annotated[int, Field(ge=1, le=MAX_GRID_INSTANTS, strict=True)] | None = None
+    count: Annotated[int, Field(ge=1, le=2**53, strict=True)] | None = None  # that doubles can count
     elapsed: list[Number] | None = Field(None, min_length=1, fail_fast=True)
     unit: str | None = Field(None, examples=["s"])
     dates: list[str] | None = Field(None, min_length=1, fail_fast=True)
@@ -191,14 +187,8 @@ class Times(Part):
 
     def build(self, epoch: Time | None) -> Instants:
         """All instants, since the epoch."""
-        self._check_epoch(epoch)
-        if self.is_grid:
-            return self.grid.part(0, self.grid.count, epoch)
-        if self.dates is not None:
-            return as_instants(parse_times(self.dates, self.scale), epoch, "times.dates")
-        unit = self.unit or ""
-        units.parse_unit(unit, units.SECOND, "times.unit")
-        return instants.in_unit(np.array(self.elapsed), unit, "times.elapsed", epoch)
+        instants = self.lazily(epoch)
+        return instants.part(0, instants.count, epoch) if isinstance(instants, Grid) else instants
 
     def span(self, epoch: Time | None) -> tuple[float, float]:
         """First and last instant together with the epoch, s since it."""
@@ -215,15 +205,21 @@ class Times(Part):
 
     def lazily(self, epoch: Time | None) -> Grid | Instants:
         """The instants for `TorqueFreeMotion.chunks`; those of a grid are made chunk by chunk."""
-        self._check_epoch(epoch)
-        return self.grid if self.is_grid else self.build(epoch)
-
-    def _check_epoch(self, epoch: Time | None) -> None:
         if self.scale is not None and epoch is None:
-            field, date = (
-                ("times.start", self.start) if self.dates is None else ("times.dates", self.dates[0])
-            )
+            field, date = ("times.dates", self.dates[0]) if self.dates else ("times.start", self.start)
             raise InputError(field, date, "an epoch in the scene, for dates to be counted from")
+        if self.is_grid:
+            return self.grid
+        if self.dates is not None:
+            return as_instants(self._dated, epoch, "times.dates")
+        unit = self.unit or ""
+        units.parse_unit(unit, units.SECOND, "times.unit")
+        return instants.in_unit(np.array(self.elapsed), unit, "times.elapsed", epoch)
+
+    @cached_property
+    def _dated(self) -> Time:
+        """`dates`, parsed once for all that ask for instants and their span."""
+        return parse_times(self.dates or [], self.scale)
 
     @cached_property
     def _limits(self) -> tuple[Any, Any]:

@@ -7,20 +7,26 @@ import numpy as np
 from ..rigid_body.partials import Partials
 from ..samples.uncertainty import Uncertainty
 from ..times.instants import Instants
-from .perturbed_bodies import responses
+from . import perturbed_bodies
 from .simulation import SimulationInputs
+from .uncertainty_form import UncertaintyForm
 
-INSTANTS = 41
 # By how much of itself the first order may be off, for bodies at so many sigma.
 MAX_NONLINEARITY, SIGMAS = 0.1, 3.0
 
 
-def instants_of(inputs: SimulationInputs) -> Instants:
-    """Instants over the span at which it is checked, in order of their distance from the epoch."""
-    state = inputs.initial_state
-    seconds = np.linspace(state.start, state.stop, INSTANTS)
-    seconds = seconds[seconds != 0.0]
-    return Instants(np.sort(seconds), None, None)
+def checked(inputs: SimulationInputs, form: UncertaintyForm) -> Uncertainty:
+    """The uncertainty of a scene's body and state, with how far the first order in it holds."""
+    state, initial = inputs.initial_state, form.build(inputs.initial_state.body)
+    seconds = np.linspace(state.start, state.stop, 41)
+    instants = Instants(seconds[seconds != 0.0], None, None)
+    if not instants.seconds.size:
+        return Uncertainty(initial, np.inf)
+    if inputs.scene.is_plain:
+        partials = inputs.motion._batch.partials(instants)
+    else:
+        partials = perturbed_bodies.partials(inputs, instants)
+    return Uncertainty(initial, linear_until(inputs, partials, instants, initial))
 
 
 def linear_until(
@@ -39,7 +45,7 @@ def linear_until(
     ends = [turning[order[i]] for i in (len(order) // 2, -1)]
     directions = SIGMAS * np.concatenate([np.linalg.svd(end)[2][:3] for end in ends]) @ root.T
     changes = np.concatenate([directions, -directions])
-    exact = responses(inputs, instants, changes, "moments")[:2]
+    exact = perturbed_bodies.responses(inputs, instants, changes, "moments")[:2]
     beyond = np.zeros(instants.seconds.size, dtype=bool)
     for moved, by_inputs in zip(exact, (partials.attitude, partials.rate), strict=True):
         expected = np.einsum("mij,nj->nmi", by_inputs, changes)

@@ -1,90 +1,21 @@
-"""Scenes from and to an APM: a state, an inertia and manoeuvres, without times."""
+"""The APM of a scene: a state, an inertia and manoeuvres, without times."""
 
 from __future__ import annotations
 
-import io
-from typing import Any
-
 import numpy as np
 
-from ..documents.fields import field_within
-from ..documents.files import document_path
 from ..effects.constant_torque import ConstantTorque
 from ..effects.impulse import Impulse
-from ..errors import AttitudeError, FormatError, InputError, note
-from ..formats.ccsds.apm import scene_members
-from ..formats.ccsds.apm_writer import ApmOptions as ApmOptions
-from ..formats.ccsds.apm_writer import ApmState, Manoeuvre, apm_text
+from ..errors import FormatError
+from ..formats.ccsds.apm_writer import ApmOptions, ApmState, Manoeuvre, apm_text
 from ..frames import rotations
 from ..frames.earth_fixed import scene_axes
 from ..frames.rotations import TEME_AT_EPOCH
 from ..problem.initial_state import InitialState
-from .planning import Described
+from .document import SceneDocument
 
 
-def with_message(document: dict[str, Any], times: type[Any]) -> dict[str, Any]:
-    """A document with `apm`, the text of a message or {"file": path}: its members over those of the message.
-
-    Manoeuvres that act at no time of the document's `times` are left out, which is noted.
-    """
-    own = {name: value for name, value in document.items() if name != "apm"}
-    members = _members(document["apm"])
-    if "spin" in own or "relative_to" in own:
-        members = {
-            k: v for k, v in members.items() if k not in ("attitude", "angular_velocity", "relative_to")
-        }
-    merged = {**members, **own}
-    if (
-        "effects" not in own
-        and "effects" in members
-        and "epoch" not in own
-        and isinstance(own.get("times"), dict)
-    ):
-        merged["effects"] = _acting(members, times, own["times"])
-    return merged
-
-
-def _members(value: Any) -> dict[str, Any]:
-    source = "apm"
-    try:
-        if isinstance(value, str):
-            return scene_members(io.BytesIO(value.encode("utf-8", "replace")), source)
-        if isinstance(value, dict) and isinstance(value.get("file"), str) and len(value) == 1:
-            with field_within("apm"):
-                source = document_path(value["file"], "the text of the message")
-            with open(source, "rb") as stream:
-                return scene_members(stream, source)
-    except FormatError as error:
-        held = f"a text of {len(value)} characters" if isinstance(value, str) else source
-        raise InputError("apm", held, str(error)) from None
-    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        if isinstance(error, InputError):
-            raise
-        reason = getattr(error, "strerror", error)
-        raise InputError("apm", source, f"a file that can be read ({reason})") from None
-    raise InputError("apm", value, 'the text of an APM, or {"file": "x.apm"}')
-
-
-def _acting(members: dict[str, Any], times: type[Any], value: dict[str, Any]) -> list[dict[str, Any]]:
-    """The manoeuvres that act within the span of the times; those beyond are noted."""
-    from ..times.iso8601 import parse_time
-
-    epoch = parse_time(members["epoch"]["time"], members["epoch"]["scale"], "epoch.time")
-    try:
-        start, stop = times(**value).span(epoch)
-    except (AttitudeError, ValueError):  # reported with the whole document
-        return list(members["effects"])
-    acting = []
-    for effect in members["effects"]:
-        first, last = effect["start"]["value"], effect["stop"]["value"]
-        if first >= stop > start or last <= start < stop:
-            note(f"apm: the manoeuvre from {first:.9g} s to {last:.9g} s is outside the times, and left out")
-        else:
-            acting.append(effect)
-    return acting
-
-
-def message_of(scene: Described, options: ApmOptions) -> str:
+def message_of(scene: SceneDocument, options: ApmOptions) -> str:
     """The APM of a scene: its state at the epoch, its inertia, and its constant torques as manoeuvres.
 
     Raises FormatError for what no APM holds: a scene without epoch, a torque without start and stop, an

@@ -22,8 +22,7 @@ from .simulation import SimulationInputs
 
 # Angle by which the second step of an input turns the body at most, and how far off it may come out: what is
 # beyond fourth order is below 1e-8 then, and the solver's error, 1e-11 rad, as well.
-STEP_ANGLE, MAX_RATIO, MAX_ROUNDS = 1e-2, 8.0, 5
-SOLVER_TOLERANCE = 1e-11
+STEP_ANGLE, MAX_RATIO = 1e-2, 8.0
 STEPS = np.array([-2.0, -1.0, 1.0, 2.0])
 WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 
@@ -41,9 +40,9 @@ def partials(inputs: SimulationInputs, instants: Instants, inertia: str = "momen
     state, shape = inputs.initial_state, instants.shape
     flat = instants.flattened()
     steps = first_steps(state, flat, check_inertia(inertia))
-    for _ in range(MAX_ROUNDS):
+    for _ in range(5):
         changes = (steps[:, None, None] * STEPS[:, None] * np.eye(12)[:, None, :]).reshape(-1, 12)
-        moved = responses(inputs, flat, changes, inertia, SOLVER_TOLERANCE)
+        moved = responses(inputs, flat, changes, inertia, tolerance=1e-11)
         turns, rates = (one.reshape(12, len(STEPS), -1, 3) for one in moved[:2])
         angles = np.linalg.norm(turns[:, -1] - turns[:, 0], axis=-1).max(axis=-1)
         spread = np.linalg.norm(rates[:, -1] - rates[:, 0], axis=-1).max(axis=-1) / moved[2]

@@ -3,67 +3,18 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NotRequired, Protocol
+from typing import NotRequired
 
 import numpy as np
 from typing_extensions import TypedDict
 
+from ..effects.effect import Effect, Torque
 from ..frames.rotations import TURNING_FRAMES
 from ..problem.initial_state import CentralBody, InitialState, Spin
+from ..problem.torque_model import CachedTorque
 from ..samples.html_table import html_table
-
-if TYPE_CHECKING:
-    from ..effects.effect import Effect
-    from ..motion import TorqueFreeMotion
-    from ..orbit.orbit import OrbitDefinition
-
-
-class Described(Protocol):
-    """The parts of a scene that a simulation uses; `attitude.scene.document.Scene` has them."""
-
-    @property
-    def name(self) -> str:
-        """The name in plans."""
-
-    @property
-    def frame(self) -> str:
-        """The inertial frame of attitude and translation."""
-
-    @property
-    def effects(self) -> Sequence[Effect]:
-        """The effects in the document's order."""
-
-    @property
-    def orbit(self) -> OrbitDefinition | None:
-        """The orbit of the document."""
-
-    @property
-    def times(self) -> Any:
-        """The `Times` of the document."""
-
-    @property
-    def asked_tolerance(self) -> float:
-        """rad, at the end of the span."""
-
-    @property
-    def solver(self) -> str | None:
-        """The solver that the document names; None or "automatic" for the library's choice."""
-
-    @property
-    def wants_best(self) -> bool:
-        """Whether the most exact answer is asked for, in place of a tolerance."""
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """How values were taken, when the document was read, that are not as they should be."""
-
-    def initial_state(self) -> InitialState:
-        """The state in SI units; every effect is checked against it."""
-
-    def motion(self) -> TorqueFreeMotion:
-        """The torque-free motion from the epoch on."""
+from .document import SceneDocument
 
 
 @dataclass(frozen=True)
@@ -211,6 +162,7 @@ class ScenePlan:
 
     def to_dict(self) -> PlanAnswer:
         """Return plain data, with units in the names."""
+        central = self.central_body
         answer: PlanAnswer = {
             "name": self.name,
             "simulates": self.simulates,
@@ -224,7 +176,9 @@ class ScenePlan:
             "predicted_s": self.predicted_seconds,
             "tolerance_span_s": None if self.tolerance_span is None else list(self.tolerance_span),
             "targets": list(self.targets),
-            "central_body": _plain(self.central_body),
+            "central_body": None
+            if central is None
+            else {"is_earth": central.is_earth, "mu_m3_s2": central.mu, "radius_m": central.radius},
             "considered": [
                 {"solver": solver, "setting": setting, "predicted_error_rad": error, "predicted_s": seconds}
                 for solver, setting, error, seconds in self.candidates
@@ -286,13 +240,6 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.1e} s"
 
 
-def _plain(central: CentralBody | None) -> CentralBodyAnswer | None:
-    """Plain data; units in the names."""
-    if central is None:
-        return None
-    return {"is_earth": central.is_earth, "mu_m3_s2": central.mu, "radius_m": central.radius}
-
-
 def known_targets(central: CentralBody | None, frame: str, is_dated: bool) -> tuple[str, ...]:
     """Targets that angles are known to, in a scene's frame, with an orbit about `central` or without one."""
     has_orbit, is_placed = central is not None, is_dated and frame != "INERTIAL"
@@ -312,47 +259,39 @@ def known_targets(central: CentralBody | None, frame: str, is_dated: bool) -> tu
 
 
 def of_effect(
-    scene: Described,
-    field: str,
-    effect: Effect,
+    scene: SceneDocument,
+    index: int,
+    torque: CachedTorque | None,
     initial_state: InitialState,
     spin: Spin,
     drop_below: float | None,
 ) -> EffectPlan:
-    """Whether an effect of a scene is simulated, and why; the body never turns faster than `spin`."""
+    """Whether an effect of a scene is simulated, and why.
+
+    torque : that it exerts, on a body that never turns faster than `spin`; None for one that exerts none
+    """
+    effect, field = scene.effects[index], f"effects[{index}]"
+    if torque is not None:
+        return of_torque(torque, field, initial_state, scene.asked_tolerance, drop_below, spin)
     if effect.ACTS_ON == "translation":
         return of_gravity(effect, field, scene, initial_state)
-    if effect.ACTS_ON == "instants":
-        return EffectPlan(field, effect.label, True, "instants", REASONS[effect.type])
-    return of_torque(effect, field, initial_state, scene.asked_tolerance, drop_below, spin)
+    return EffectPlan(field, effect.label, True, "instants", effect.REASON)
 
 
-REASONS = {
-    "ground": "contacts change the momentum at an instant; between them the closed form holds",
-    "impulse": "the momentum changes at an instant; the closed form or the solver goes on from there",
-    "constant_torque": "a torque while it is switched on; exact along an axis that stands still",
-    "solar_pressure": "a torque at every instant outside the shadow",
-    "wheels": "rotors turn the body by their momentum; energy is kept; exact without other torques",
-    "dissipation": "takes energy at constant momentum, from inside",
-    "eddy_damping": "takes energy and momentum; exact in a sphere, and about an axis that stands still",
-}
-
-
-def of_gravity(effect: Effect, field: str, scene: Described, initial_state: InitialState) -> EffectPlan:
+def of_gravity(effect: Effect, field: str, scene: SceneDocument, initial_state: InitialState) -> EffectPlan:
     """Whether uniform gravity is simulated: it moves the centre of mass alone."""
-    makes_none = "uniform gravity makes no torque about the centre of mass"
+    simulated, why = True, "; the centre of mass follows an exact parabola"
     if any(other.type == "ground" for other in scene.effects):
-        reason = f"{makes_none}, but it brings the body to the ground: an exact parabola between contacts"
-        return EffectPlan(field, effect.label, True, "translation", reason)
-    if initial_state.position is not None:
-        reason = f"{makes_none}; the centre of mass follows an exact parabola"
-        return EffectPlan(field, effect.label, True, "translation", reason)
-    reason = f"{makes_none}; without ground it cannot reach the attitude, and no position is asked for"
-    return EffectPlan(field, effect.label, False, "translation", reason)
+        why = ", but it brings the body to the ground: an exact parabola between contacts"
+    elif initial_state.position is None:
+        simulated = False
+        why = "; without ground it cannot reach the attitude, and no position is asked for"
+    reason = f"uniform gravity makes no torque about the centre of mass{why}"
+    return EffectPlan(field, effect.label, simulated, "translation", reason)
 
 
 def of_torque(
-    effect: Any,
+    torque: CachedTorque,
     field: str,
     initial_state: InitialState,
     tolerance: float,
@@ -360,7 +299,8 @@ def of_torque(
     spin: Spin,
 ) -> EffectPlan:
     """Whether a torque is simulated, by its size against the motion and the span."""
-    size = float(effect.size(initial_state, spin) if hasattr(effect, "sizes") else effect.size(initial_state))
+    effect: Torque = torque.effect
+    size = torque.size(initial_state, spin)
     momentum = float(np.linalg.norm(initial_state.body.tensor @ initial_state.rate))
     least, greatest = float(initial_state.moments.min()), float(initial_state.moments.max())
     span = max(abs(initial_state.start), abs(initial_state.stop))
@@ -377,4 +317,4 @@ def of_torque(
     if drop_below is not None and influence < drop_below:
         return make(False, f"as asked, less than {drop_below:.1e} rad over the span")
     model = effect.summary(initial_state)
-    return make(True, REASONS.get(effect.type, "a torque at every instant") + (f"; {model}" if model else ""))
+    return make(True, f"{effect.REASON}; {model}" if model else effect.REASON)

@@ -29,7 +29,7 @@ from ..effects.uniform_gravity import UniformGravity
 from ..ephemeris import Ephemeris
 from ..errors import RegimeError, emit_warning, noted
 from ..frames import rotations
-from ..kernels.solvers.plate_layout import Light
+from ..motion import TorqueFreeMotion
 from ..problem.initial_state import InitialState
 from ..problem.spin_bound import reached_spin
 from ..problem.torque_model import AppliedImpulse, CachedTorque
@@ -39,7 +39,9 @@ from ..samples.provenance import Plan
 from ..samples.translation import Translation, pushed
 from ..times.instants import Instants
 from . import planning
-from .planning import Described, EffectPlan, ScenePlan
+from .document import SceneDocument
+from .planning import EffectPlan, ScenePlan
+from .simulation_events import impulse_events, limit_events, switching_events
 
 if TYPE_CHECKING:
     from ..dynamics.drop_comparison import Drop
@@ -52,16 +54,6 @@ CHAINED = (
     "the bound of one closed form (docs/theory.md, section 8) for each stretch between events, and after "
     "impulses an estimate of what the motion makes of the rounding of the state then"
 )
-ESTIMATE = (
-    "estimated over the whole span from the same solver in steps 1.2 times as long "
-    "(docs/torques.md, section 4)"
-)
-ESTIMATE_OF_ARCS = (
-    "estimated over the whole span from a second solution, in other arcs and from a momentum that differs by "
-    "its rounding (docs/torques.md, section 5)"
-)
-# Measured: of an orbit that is interpolated from a table, a model or a file, and of each of its pieces.
-SECONDS_OF_PIECES, SECONDS_PER_PIECE = 6e-3, 1e-4
 BOUNCING = "closed form between contacts"
 
 
@@ -71,7 +63,7 @@ class SimulationInputs:
 
     Attributes
     ----------
-    scene : Described
+    scene : SceneDocument
     initial_state : InitialState
     torques, kicks : what changes the momentum, ground aside; ground : effect or None
     gravity : (3,), m/s2, of the centre of mass, zeros without
@@ -80,7 +72,7 @@ class SimulationInputs:
     notes : how values of the document were taken that are not as they should be
     """
 
-    scene: Described
+    scene: SceneDocument
     initial_state: InitialState
     torques: tuple[CachedTorque, ...]
     kicks: tuple[AppliedImpulse, ...]
@@ -114,6 +106,11 @@ class SimulationInputs:
         return TorqueProblem(self.initial_state, self.torques, self.kicks, tolerance, best)
 
     @cached_property
+    def motion(self) -> TorqueFreeMotion:
+        """The torque-free motion from the epoch on."""
+        return self.scene.motion()
+
+    @cached_property
     def exact(self) -> ExactMotion | None:
         """The closed form of the motion between impulses, if it has one."""
         return exact_motion(self.initial_state, self.torques, self.scene.solver, bool(self.kicks))
@@ -141,13 +138,15 @@ class SimulationInputs:
             air = sum(profile.cost for profile in profiles if profile is not None)
             candidate = candidate or self.candidate
             seconds = candidate.seconds + air
-            if path is not None and path.refined is not None:
-                seconds += SECONDS_OF_PIECES + SECONDS_PER_PIECE * len(path.coefficients)
+            if path is not None and path.refined is not None:  # interpolated: measured, and of each piece
+                seconds += 6e-3 + 1e-4 * len(path.coefficients)
             return seconds + samples * candidate.sample_seconds
         return 2e-5 + samples * 9e-9  # of a closed form, measured by tests/benchmarks/test_speed.py
 
 
-def resolve(scene: Described, drop_below: float | None = None, any_body: bool = False) -> SimulationInputs:
+def resolve(
+    scene: SceneDocument, drop_below: float | None = None, any_body: bool = False
+) -> SimulationInputs:
     """What of a scene is simulated; with `drop_below` (rad) without torques that matter less.
 
     any_body : with torques that are zero for the scene's own body but may not be for another
@@ -155,24 +154,30 @@ def resolve(scene: Described, drop_below: float | None = None, any_body: bool = 
     begun = perf_counter()
     with noted() as notes:
         initial_state = scene.initial_state()
-    torques = [CachedTorque(effect, initial_state) for effect in scene.effects if isinstance(effect, Torque)]
-    spin = reached_spin(initial_state, torques, applied_impulses(scene.effects, initial_state))
-    plans = [
-        planning.of_effect(scene, f"effects[{i}]", effect, initial_state, spin, drop_below)
+    torque_of = {
+        i: CachedTorque(effect, initial_state)
         for i, effect in enumerate(scene.effects)
+        if isinstance(effect, Torque)
+    }
+    kicks = applied_impulses(scene.effects, initial_state)
+    spin = reached_spin(initial_state, torque_of.values(), kicks)
+    plans = [
+        planning.of_effect(scene, i, torque_of.get(i), initial_state, spin, drop_below)
+        for i in range(len(scene.effects))
     ]
     used = [
-        effect
-        for effect, plan in zip(scene.effects, plans, strict=True)
+        i
+        for i, (effect, plan) in enumerate(zip(scene.effects, plans, strict=True))
         if plan.simulated or (any_body and isinstance(effect, BodyDependentTorque))
     ]
+    effects = [scene.effects[i] for i in used]
     return SimulationInputs(
         scene,
         initial_state,
-        tuple(torque for torque in torques if any(torque.effect is effect for effect in used)),
-        applied_impulses(used, initial_state),
-        next((effect for effect in used if isinstance(effect, Ground)), None),
-        sum((effect.vector for effect in used if isinstance(effect, UniformGravity)), np.zeros(3)),
+        tuple(torque_of[i] for i in used if i in torque_of),
+        kicks,
+        next((effect for effect in effects if isinstance(effect, Ground)), None),
+        sum((effect.vector for effect in effects if isinstance(effect, UniformGravity)), np.zeros(3)),
         tuple(plans),
         perf_counter() - begun,
         (*scene.notes, *notes),
@@ -204,7 +209,7 @@ def plan(inputs: SimulationInputs) -> ScenePlan:
     elif inputs.coasts:
         name, error = _closed_form(inputs)
     else:
-        record = scene.motion()._batch.fields("regime", "route")
+        record = inputs.motion._batch.fields("regime", "route")
         name, error = FORMS[int(form_of(record["regime"], record["route"]))]
     return ScenePlan(
         scene.name,
@@ -241,7 +246,7 @@ def run(inputs: SimulationInputs, check: Check | None = None, instants: Instants
     elif inputs.coasts:
         ephemeris = _coast(inputs, inputs.exact, instants)
     else:
-        free = inputs.scene.motion().ephemeris(instants, rate=True, name=inputs.scene.name)
+        free = inputs.motion.ephemeris(instants, rate=True, name=inputs.scene.name)
         ephemeris = replace(free, centre_of_mass=_translation(inputs, instants, np.empty((4, 0))))
     assert ephemeris.plan is not None
     plan = replace(
@@ -258,7 +263,7 @@ def run(inputs: SimulationInputs, check: Check | None = None, instants: Instants
     return replace(ephemeris, resample=lambda others: run(inputs, check, others), plan=plan)
 
 
-def compared(scene: Described) -> Drop | None:
+def compared(scene: SceneDocument) -> Drop | None:
     """A fall with, without gravity and by the closed form; None without contact, or with impulses besides."""
     from ..dynamics import drop_comparison
 
@@ -277,9 +282,17 @@ def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None
         check(inputs.predicted_seconds(instants.seconds.size))
     answer = integration.solve(inputs.problem, with_pushes(inputs, instants), inputs.candidate)
     candidate, kept = answer.candidate, answer.kept
-    steps = "arcs" if candidate.ends_at_edges else "steps"
+    steps, way = "steps", "the same solver in steps 1.2 times as long (docs/torques.md, section 4)"
+    if candidate.ends_at_edges:
+        steps, way = (
+            "arcs",
+            (
+                "a second solution, in other arcs and from a momentum that differs by its rounding "
+                "(docs/torques.md, section 5)"
+            ),
+        )
     text = f"{candidate.solver}: {answer.steps} {steps}, {answer.sweeps} sweeps"
-    source = ESTIMATE_OF_ARCS if candidate.ends_at_edges else ESTIMATE
+    source = f"estimated over the whole span from {way}"
     if kept is not None and inputs.scene.wants_best:
         ends = " to ".join(f"{end:.6g} s" for end in kept if end != 0.0 or kept == (0.0, 0.0))
         source += f"; within {integration.REPORTED_TOLERANCE:.0e} rad up to {ends}"
@@ -288,7 +301,9 @@ def _integrate(inputs: SimulationInputs, instants: Instants, check: Check | None
     if kept is not None:
         text = integration.outgrown(inputs.problem, kept, answer.error)
         emit_warning(text)
-    events = (*switching_events(inputs), *_limit_events(inputs, kept), *impulse_events(inputs.kicks))
+    events = [*switching_events(inputs.torques, inputs.initial_state), *impulse_events(inputs.kicks)]
+    if kept is not None:
+        events += limit_events(kept, inputs.initial_state, inputs.scene.asked_tolerance)
     return _ephemeris_of_rows(inputs, instants, answer.rows, plan, events)
 
 
@@ -378,51 +393,3 @@ def _translation(inputs: SimulationInputs, instants: Instants, attitudes: np.nda
         changes.append((kick.seconds, impulse / (initial_state.mass or np.inf)))
     start = Translation(initial_state.position, initial_state.velocity)
     return pushed(start, inputs.gravity, instants.seconds, changes)
-
-
-def impulse_events(kicks: Sequence[AppliedImpulse]) -> list[Event]:
-    """An event for each impulse."""
-    return [
-        Event(
-            kick.seconds,
-            "impulse",
-            f"angular impulse of {float(np.linalg.norm(kick.angular)):.6g} N m s",
-            {"angular_impulse": kick.angular, "inertial": kick.inertial},
-        )
-        for kick in kicks
-    ]
-
-
-# What an edge of a shadow is called, by the light before and after it.
-PASSAGES = {
-    (Light.FULL, Light.PARTIAL): "penumbra entry",
-    (Light.PARTIAL, Light.FULL): "penumbra exit",
-    (Light.FULL, Light.DARK): "shadow entry",
-    (Light.PARTIAL, Light.DARK): "shadow entry",
-    (Light.DARK, Light.PARTIAL): "shadow exit",
-    (Light.DARK, Light.FULL): "shadow exit",
-}
-
-
-def switching_events(inputs: SimulationInputs) -> list[Event]:
-    """Where torques begin and end, and where the light does."""
-    switched: list[tuple[float, str, str]] = []
-    for torque in inputs.torques:
-        for interval in torque.intervals(inputs.initial_state) or []:
-            kinds = zip(interval, ("torque on", "torque off"), strict=True)
-            switched += [(seconds, kind, torque.type) for seconds, kind in kinds]
-        passages = torque.passages(inputs.initial_state)
-        if passages is not None:
-            for seconds, *light in zip(passages.edges, passages.kinds[:-1], passages.kinds[1:], strict=True):
-                switched.append((float(seconds), PASSAGES[tuple(light)], torque.type))
-    low, high = min(inputs.initial_state.start, 0.0), max(inputs.initial_state.stop, 0.0)
-    return [Event(t, kind, f"{kind}: {cause}") for t, kind, cause in switched if low < t < high]
-
-
-def _limit_events(inputs: SimulationInputs, kept: tuple[float, float] | None) -> list[Event]:
-    """Events from where on the error is estimated above the tolerance."""
-    if kept is None:
-        return []
-    text = f"estimated error above {inputs.scene.asked_tolerance:.1e} rad"
-    ends = zip(kept, (inputs.initial_state.start, inputs.initial_state.stop), strict=True)
-    return [Event(end, "tolerance exceeded", text) for end, last in ends if abs(end) < abs(last)]

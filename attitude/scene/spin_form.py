@@ -72,7 +72,7 @@ class SpinForm(Part):
         if self.axis is None and self.momentum is None:
             raise InputError("axis", None, "a direction of the spin axis, or a momentum")
         needed, allowed = FORMS[self.form]
-        for name in OPTIONAL:
+        for name in ("nutation", "precession", "nutation_period", "nutation_phase", "nutation_rate"):
             value = getattr(self, name)
             if name in needed and value is None:
                 raise InputError(name, None, f"a value beside {self.form}")
@@ -118,7 +118,6 @@ class SpinForm(Part):
         return np.zeros(3)
 
 
-OPTIONAL = ("nutation", "precession", "nutation_period", "nutation_phase", "nutation_rate")
 # What each form needs, and what it may have.
 FORMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "axis": ((), ()),

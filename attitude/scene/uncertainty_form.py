@@ -11,7 +11,6 @@ from ..errors import InputError
 from ..rigid_body.body import RigidBody
 
 NAMES = ("attitude", "angular_velocity", "moments", "axes")
-SIZES = (6, 9, 12)
 # Of a correlation: what a symmetric, positive matrix may lack by rounding.
 ROUNDING = 1e-9
 
@@ -50,7 +49,7 @@ class UncertaintyForm(Part):
 
     def _check_covariance(self, rows: list[list[float]]) -> None:
         size = len(rows)
-        if size not in SIZES or any(len(row) != size for row in rows):
+        if size not in (6, 9, 12) or any(len(row) != size for row in rows):
             shape = f"{size} rows of {sorted({len(row) for row in rows})}"
             raise InputError("covariance", shape, "a square matrix of 6, 9 or 12 rows")
         matrix = np.array(rows, dtype=float)

@@ -95,11 +95,12 @@ def _page(answers: str) -> str:
     )
     closed = script.replace("</script", "<\\/script")
     picture = f"data:image/svg+xml;base64,{base64.b64encode(icon.encode()).decode()}"
+    answers = answers.replace("<", "\\u003c")  # as a script element may hold it
     within = {
         '<link rel="stylesheet" href="viewer/viewer.css">': f"<style>{style}</style>",
         '<script type="module" src="viewer/viewer.js"></script>': "",
         "viewer/icon.svg": picture,
-        "</body>": f'<script type="application/json" id="answers">{_inside(answers)}</script>\n'
+        "</body>": f'<script type="application/json" id="answers">{answers}</script>\n'
         f'<script type="module">{closed}</script>\n</body>',
         '<meta charset="utf-8">': '<meta charset="utf-8">\n'
         f'<meta http-equiv="content-security-policy" content="{POLICY}">',
@@ -111,8 +112,3 @@ def _page(answers: str) -> str:
         lambda found: f"<details><summary>{found[1]}</summary><pre>{html.escape(licences)}</pre></details>",
         text,
     )
-
-
-def _inside(text: str) -> str:
-    """JSON as a script element may hold it."""
-    return text.replace("<", "\\u003c")

@@ -26,7 +26,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude.formats.registry import FORMATS
 from attitude.pointing.columns import REQUESTS
-from attitude.scene.document import Scene, builtin_names
+from attitude.scene.builtin_scenes import builtin_names
+from attitude.scene.scene import Scene
 from service import create_app
 from service.settings import Settings
 

@@ -21,7 +21,7 @@ OURS = "from service import serve; serve(port={port})"
 ECHO = """
 import uvicorn
 from fastapi import FastAPI
-from attitude.scene.document import Scene
+from attitude.scene.scene import Scene
 app = FastAPI()
 @app.post("/")
 async def echo(scene: Scene) -> Scene:

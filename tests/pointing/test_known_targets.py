@@ -5,7 +5,7 @@ import pytest
 from attitude import Scene
 from attitude.errors import InputError, RegimeError
 from attitude.pointing import targets
-from attitude.scene.document import builtin_names
+from attitude.scene.builtin_scenes import builtin_names
 
 EPOCH = {"epoch": {"time": "2024-01-01T00:00:00", "scale": "utc"}}
 LOW = {"altitude": {"value": 600, "unit": "km"}}

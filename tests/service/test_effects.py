@@ -9,7 +9,7 @@ import pytest
 from asking import assert_problem
 
 from attitude import InputError, Scene
-from attitude.scene.document import builtin_names
+from attitude.scene.builtin_scenes import builtin_names
 from service.computations import Budget
 
 WITH_EFFECTS = [name for name in builtin_names() if Scene.builtin(name).effects]

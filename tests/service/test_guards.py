@@ -162,7 +162,7 @@ def test_304_of_whoever_makes_it_changes_no_policy():
 
 
 def test_unexpected_error_has_the_headers_and_the_id_too(client, document, monkeypatch):
-    from attitude.scene.document import Scene
+    from attitude.scene.scene import Scene
 
     monkeypatch.setattr(Scene, "model_validate", None)
     answer = client.post("/v1/motion", json=document, headers={"x-request-id": "mine"})

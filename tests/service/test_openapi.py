@@ -14,7 +14,7 @@ from attitude import Scene
 from attitude.cost import Cell
 from attitude.cost.answers import CostCell, CostGrowth
 from attitude.cost.report import Growth
-from attitude.scene.document import builtin_names
+from attitude.scene.builtin_scenes import builtin_names
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from starlette.responses import Response
 
 import attitude
 from attitude import Scene
-from attitude.scene.document import builtin_names
+from attitude.scene.builtin_scenes import builtin_names
 from attitude.scene.motion_summary import motion_summary
 from service import computations
 

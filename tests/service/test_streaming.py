@@ -27,7 +27,7 @@ LONG = 4 * CHUNK_INSTANTS + 1000
 @pytest.fixture(autouse=True)
 def little_is_held(monkeypatch):
     """More than a block is computed piece by piece: sooner than usual, for the tests' sake."""
-    monkeypatch.setattr("attitude.scene.document.MAX_SAMPLES_HELD", CHUNK_INSTANTS)
+    monkeypatch.setattr("attitude.scene.scene.MAX_SAMPLES_HELD", CHUNK_INSTANTS)
 
 
 def long(document, count=LONG):

@@ -15,7 +15,7 @@ from attitude import Ephemeris, Scene
 from attitude.cost.cell import Cell
 from attitude.cost.report import Report
 from attitude.formats.registry import FORMATS
-from attitude.scene.document import builtin_names
+from attitude.scene.builtin_scenes import builtin_names
 from service.routes import VIEWER as BUNDLE
 
 SOURCES = BUNDLE.parent / "src"

@@ -13,7 +13,7 @@ from ...errors import InputError, emit_warning
 from ...kernels.layout import MAX_DRAWS
 from ...rigid_body.body import RigidBody
 from ...runtime import compiled
-from ...scene.document import Scene
+from ...scene.scene import Scene
 from .states import MAX_BODIES, States
 from .streams import check_seed, key_words
 
