@@ -5,12 +5,12 @@ Each class is one kind of quantity; its `si` is what the document says in SI uni
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 from astropy import units as u
 from astropy.time import Time
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from .. import units
 from ..errors import InputError
@@ -181,20 +181,20 @@ class Instant(Part):
         return float(as_instants(time, epoch, "date").seconds)
 
 
-def check_positive(part: Part, *names: str) -> None:
-    """Refuses quantities that are there and not greater than zero."""
-    for name in names:
-        quantity = getattr(part, name)
-        if quantity is not None and not quantity.si > 0.0:
-            raise InputError(f"{name}.value", quantity.value, "a number greater than 0")
+AnyQuantity = TypeVar("AnyQuantity", bound=Quantity)
 
 
-def check_not_negative(part: Part, *names: str) -> None:
-    """Refuse quantities that are there and less than zero."""
-    for name in names:
-        quantity = getattr(part, name)
-        if quantity is not None and not quantity.si >= 0.0:
-            raise InputError(f"{name}.value", quantity.value, "a number not below 0")
+def above_zero(quantity: AnyQuantity) -> AnyQuantity:
+    """The quantity; InputError where it is not greater than zero."""
+    if not quantity.si > 0.0:
+        raise InputError("value", quantity.value, "a number greater than 0")
+    return quantity
+
+
+def _not_below_zero(quantity: AnyQuantity) -> AnyQuantity:
+    if not quantity.si >= 0.0:
+        raise InputError("value", quantity.value, "a number not below 0")
+    return quantity
 
 
 def unit_vector(values: list[float], field: str) -> np.ndarray:
@@ -205,3 +205,13 @@ def unit_vector(values: list[float], field: str) -> np.ndarray:
         raise InputError(field, values, "a direction, not zero")
     scaled = vector / largest
     return scaled / np.sqrt(scaled @ scaled)
+
+
+def _with_direction(values: list[float]) -> list[float]:
+    unit_vector(values, "")
+    return values
+
+
+# Annotations of quantities in a part.
+ABOVE_ZERO, NOT_BELOW_ZERO = AfterValidator(above_zero), AfterValidator(_not_below_zero)
+Direction = Annotated[Vector, AfterValidator(_with_direction)]

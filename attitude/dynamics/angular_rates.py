@@ -14,7 +14,7 @@ from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..problem.torque_rows import turned
 from .batch_states import Bodies, once_for_bodies
 from .momentum import impulse_sums, nutation_rates, rotors_and_dissipation
-from .solver import vector_lengths
+from .vector_sums import lengths
 
 
 @once_for_bodies
@@ -30,14 +30,14 @@ def max_angular_rates(
     moments = np.asarray(bodies.body.moments)
     axes = bodies.axes
     fastest = at_epoch = turned(axes, bodies.rate)
-    own, momentum = vector_lengths(at_epoch), vector_lengths(moments * at_epoch)
+    own, momentum = lengths(at_epoch), lengths(moments * at_epoch)
     for added in impulse_sums(impulses, bodies.attitude)[1:]:
         stopping.check()
         back = rotations.rotate(rotations.conjugate(bodies.attitude), added)
         rates = at_epoch + turned(axes, back) / moments
-        speed = vector_lengths(rates)
+        speed = lengths(rates)
         fastest = np.where((speed > own)[:, None], rates, fastest)
-        own, momentum = np.maximum(own, speed), np.maximum(momentum, vector_lengths(moments * rates))
+        own, momentum = np.maximum(own, speed), np.maximum(momentum, lengths(moments * rates))
     spin = free_spin(moments, fastest)
     size = sum((torque.sizes(moments, spin) for torque in torques), np.zeros(len(bodies)))
     orbit = 2.0 * np.pi / template.orbit_path.period if template.orbit_path is not None else 0.0

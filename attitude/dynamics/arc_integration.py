@@ -16,18 +16,16 @@ from .arcs import Arc, instants_within
 from .batch_states import Bodies, TorqueProblem
 from .momentum import initial_momenta, rotors_and_dissipation
 from .plate_solver import take_arcs
-from .solver import OUTPUTS, SolverTask, StepSetting, take_steps, vector_lengths
+from .solver import OUTPUTS, SolverTask, StepSetting, take_steps
 from .solver_arguments import SolverArguments, most_symmetric
+from .vector_sums import dot, lengths, unit
 
 # By this part of its size the momentum of the coarser solution is changed: at the epoch along itself, and
 # across it between both other directions of `rounding`; and by half as much on the way, along the rate, since
 # the motion may multiply later roundings more than the first.  What the two solutions share of rounding, and
 # what the motion makes of it, is in their difference then.
 ROUNDING_OF_MOMENTUM = 2.0**-50
-ALONG_AND_ACROSS, PUSHED = (1.0, 0.5**0.5, 0.5**0.5), 0.5 * ROUNDING_OF_MOMENTUM
-# Those directions are of a state that is off by this part, more along one axis than another: about an axis,
-# and at rest, there are none.  Of the rate a further part is off, for those of a sphere.
-OFF_AXES, OFF_SPHERE = 2.0**-40 * np.array([1.0, 0.5, 0.25]), 2.0**-5
+ALONG_AND_ACROSS = (1.0, 0.5**0.5, 0.5**0.5)
 
 
 class Solution(NamedTuple):
@@ -91,35 +89,23 @@ def rounding(
     Along the momentum; across it along the gradient of the energy, which is the rate: another energy is
     another period, or the other side of a separatrix; and across both, along the momentum's own path in the
     body, with the sign with which free motion stretches the sum of the two, as it does beside a middle axis.
+    The directions are of a state that is off by 2^-40, more along one axis than another: of rotation about an
+    axis, and of rest, there are none.  Of the rate a further part is off, for those of a sphere.
 
     rotors : (..., 3) N m s, body frame; weights : of these three
     sizes : (n,) N m s, of the momenta
     """
     axes, moments = bodies.axes, np.asarray(bodies.body.moments)
     rates, size = turned(axes, bodies.rate), sizes[:, None]
-    off = size * OFF_AXES
-    along = _unit(moments * rates + turned(axes, rotors) + off)
-    rates = rates + off / moments + OFF_SPHERE * off / moments.min(axis=1, keepdims=True)
-    energy = _unit(rates - _dot(rates, along) * along)
+    off = size * (2.0**-40 * np.array([1.0, 0.5, 0.25]))
+    along = unit(moments * rates + turned(axes, rotors) + off)
+    rates = rates + off / moments + 2.0**-5 * off / moments.min(axis=1, keepdims=True)
+    energy = unit(rates - dot(rates, along)[:, None] * along)
     (a, b, c), (x, y, z) = along.T, energy.T
     path = np.array([b * z - c * y, c * x - a * z, a * y - b * x]).T
-    sign = np.copysign(1.0, _dot(energy * energy - path * path, 1.0 / moments))
+    sign = np.copysign(1.0, dot(energy * energy - path * path, 1.0 / moments))[:, None]
     change = weights[0] * along + weights[1] * energy + weights[2] * sign * path
     return turned(axes.swapaxes(1, 2), ROUNDING_OF_MOMENTUM * size * change)
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Unit vectors (n, 3); zeros stay."""
-    lengths = vector_lengths(vectors)[:, None]
-    unit: np.ndarray = vectors / np.where(lengths > 0.0, lengths, 1.0)
-    return unit
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(n, 1), of (n, 3)."""
-    x, y, z = (a * b).T[:, :, None]
-    product: np.ndarray = (x + y) + z
-    return product
 
 
 class _Outwards:
@@ -148,10 +134,10 @@ class _Outwards:
         problem, bodies = self._problem, self._bodies
         speeds = max_angular_rates(problem.template, bodies, problem.torques, problem.impulses)
         least = np.asarray(bodies.body.moments).min(axis=1)
-        sizes = np.maximum(vector_lengths(momenta), least * speeds)
+        sizes = np.maximum(lengths(momenta), least * speeds)
         end = problem.template.stop if first.stop >= 0.0 else problem.template.start
         radians = np.maximum(speeds * abs(end), 1.0)  # spans may be of no length
-        self._pushed = np.copysign(PUSHED, end) * sizes / radians
+        self._pushed = np.copysign(0.5 * ROUNDING_OF_MOMENTUM, end) * sizes / radians
         rotors, _ = rotors_and_dissipation(problem.template, bodies, first.torques)
         change = rounding(bodies, rotors, ALONG_AND_ACROSS, sizes)
         turned_change: np.ndarray = rotations.rotate(bodies.attitude, change)

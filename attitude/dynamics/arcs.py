@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -58,23 +57,20 @@ def arcs(
     starting: dict[float, list[AppliedImpulse]] = {}
     for impulse in met:
         starting.setdefault(impulse.seconds, []).append(impulse)
+
+    def acts(torque: CachedTorque, seconds: float) -> bool:
+        span = spans[id(torque)]
+        return span is None or any(begin <= seconds <= end for begin, end in span)
+
     return [
         Arc(
             a,
             b,
-            tuple(torque for torque in torques if _acts(spans[id(torque)], 0.5 * (a + b))),
+            tuple(torque for torque in torques if acts(torque, 0.5 * (a + b))),
             tuple(starting.get(a, ())),
         )
         for a, b in pairwise(cuts)
     ]
-
-
-def _acts(span: list[tuple[float, float]] | None, seconds: float) -> bool:
-    """Whether an instant is in one of the intervals, which ascend and are disjoint."""
-    if span is None:
-        return True
-    index = bisect_right(span, (seconds, np.inf)) - 1
-    return index >= 0 and seconds <= span[index][1]
 
 
 def arcs_by_direction(

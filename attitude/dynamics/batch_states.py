@@ -145,6 +145,10 @@ class TorqueProblem:
         """The span cut where torques or the momentum change: backwards and forwards, as far as it goes."""
         return arcs_by_direction(self.template, self.torques, self.impulses)
 
+    def over(self, start: float, stop: float) -> TorqueProblem:
+        """The same problem over another span, s."""
+        return replace(self, template=replace(self.template, start=start, stop=stop))
+
     @property
     def max_abs_seconds(self) -> float:
         """The longest time from the epoch to an end of the span, s."""

@@ -13,16 +13,15 @@ from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse
 from ..rigid_body.body import RigidBody
 from ..times.instants import Instants
+from ..times.two_part import two_sum
 from .arc_integration import ROUNDING_OF_MOMENTUM, rounding, two_part
 from .arcs import Arc, arcs_by_direction, instants_within
 from .batch_states import Bodies, named
 from .error_estimate import angles, compared_instants
 from .exact_motion import FREE_ROTATION, ExactMotion
 from .momentum import inertial_components
-from .solver import OUTPUTS, vector_lengths
-
-# By what the difference is multiplied that a rounding at every impulse makes.
-SAFETY_OF_IMPULSES = 4.0
+from .solver import OUTPUTS
+from .vector_sums import lengths
 
 
 def coast(
@@ -71,7 +70,8 @@ def growth_of_rounding(
         coast(template, bodies, impulses, Instants(at[0], at[1], None), motion, disturbed)[:, :4]
         for disturbed in (0, 1, 2)
     )
-    return SAFETY_OF_IMPULSES * np.hypot(*(angles(exact, other).max(axis=1) for other in others))
+    # four times the difference that a rounding at every impulse makes
+    return 4.0 * np.hypot(*(angles(exact, other).max(axis=1) for other in others))
 
 
 def _coast(
@@ -101,11 +101,12 @@ def _coast(
                 w = exact.rate(body, own)
                 if disturbed:  # what rotors have of the momentum is taken off again, but not its rounding
                     across = 0.0, float(disturbed == 1), float(disturbed == 2)
-                    change = rounding(Bodies(body, q, w), exact.rotors, across, vector_lengths(own))
+                    change = rounding(Bodies(body, q, w), exact.rotors, across, lengths(own))
                     w = exact.rate(body, own + change + ROUNDING_OF_MOMENTUM * exact.rotors)
             motion, here = exact.of(body, q, w), within[index]
-            since = _since(arc.start, np.append(seconds[here], arc.stop), np.append(low[here], 0.0))
-            quaternion, turning = motion.sample(since, quaternion=True, rate=True)
+            time, rest = two_sum(-arc.start, np.append(seconds[here], arc.stop))
+            since_start = Instants(time, rest + np.append(low[here], 0.0), None)
+            quaternion, turning = motion.sample(since_start, quaternion=True, rate=True)
             rows[..., :4, here] = np.swapaxes(quaternion[..., :-1, :], -1, -2)
             rows[..., 4:7, here] = np.swapaxes(turning[..., :-1, :], -1, -2)
             if exact.law is not None:
@@ -116,10 +117,3 @@ def _coast(
                 rows[..., 7:, here] = momentum[..., None]
             q, w = (np.ascontiguousarray(one[..., -1, :]) for one in (quaternion, turning))
     return rows
-
-
-def _since(start: float, seconds: np.ndarray, low: np.ndarray) -> Instants:
-    """Two-part time since the start of an arc."""
-    time = seconds - start
-    part = time - seconds
-    return Instants(time, (seconds - (time - part)) - (start + part) + low, None)

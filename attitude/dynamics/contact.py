@@ -35,17 +35,13 @@ from ..rigid_body.error_bounds import max_phase_rate, refuse_too_far
 from ..runtime import compiled
 from ..samples.event import Event
 from ..samples.translation import parabola
+from ..times.two_part import two_sum
 
 # A body may be in the ground by the rounding of its position: depth relative to its size.
 MAX_RELATIVE_DEPTH = 1e-12
 MAX_CONTACTS = 100_000
-FLIGHTS_PER_CALL = (64, 512)  # length of the log in the first call of the kernel, and in later ones
 
 NON_NEGATIVE_TIME = "an instant from 0 s on: scenes with ground support t >= 0 only"
-CONTACT_PERSISTS = (
-    "bounces accumulate: from here on the body stays in contact with the ground, which is not simulated, "
-    "and the ephemeris ends"
-)
 
 
 class RoundedHull(NamedTuple):
@@ -258,7 +254,7 @@ class _FlightLog:
     def fly_until(self, hi: float, lo: float) -> bool:
         """Fly until hi + lo, s; False if the body comes to rest before."""
         while True:
-            size = FLIGHTS_PER_CALL[bool(self._records)]
+            size = 512 if self._records else 64  # flights that the log of this call has room for
             records, starts = np.zeros(size, INVARIANTS), np.empty((size + 1, FlightRow.WIDTH))
             contacts = np.empty((size, ContactRow.WIDTH))
             starts[0], self._state[BounceState.UNTIL :] = self._start, (hi, lo)
@@ -272,7 +268,11 @@ class _FlightLog:
                 return True
             if outcome == FlightEnd.AT_REST:
                 self.end = self._ended()
-                self.events.append(Event(self.end[0], "rest", CONTACT_PERSISTS))
+                text = (
+                    "bounces accumulate: from here on the body stays in contact with the ground, which is "
+                    "not simulated, and the ephemeris ends"
+                )
+                self.events.append(Event(self.end[0], "rest", text))
                 return False
 
     def _append(self, records: np.ndarray, starts: np.ndarray, contacts: np.ndarray, outcome: int) -> None:
@@ -388,7 +388,5 @@ def _since_start(
         if not early.any():
             break
         flight[early] -= 1
-    # Knuth's two-sum of arrays: the compiled one takes single numbers, inside kernels
-    time = seconds - hi
-    part = time - seconds
-    return flight, time, (seconds - (time - part)) - (hi + part) + (low - lo)
+    time, rounding = two_sum(seconds, -hi)
+    return flight, time, rounding + (low - lo)

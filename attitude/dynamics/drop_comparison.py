@@ -32,6 +32,12 @@ class Curve(NamedTuple):
     quaternion: np.ndarray
     contacts: list[float]
 
+    @classmethod
+    def of(cls, flight: Flight) -> Curve:
+        """Attitudes of a body that bounces."""
+        contacts = [event.seconds for event in flight.events if event.kind == "contact"]
+        return cls(flight.seconds, flight.quaternion, contacts)
+
     def part(self, key: Any) -> Curve:
         """The attitudes of a mask or a slice, with all contacts."""
         return self._replace(seconds=self.seconds[key], quaternion=self.quaternion[key])
@@ -69,9 +75,4 @@ def compare(
     weightless = fly(thrown, ground, np.zeros(3), seconds)
     free = Batch(initial_state.body, initial_state.attitude, check_rates(initial_state.rate), ())
     quaternion, _ = free.sample(Instants(seconds, None, None), quaternion=True, rate=False)
-    return Drop(_curve(weightless), _curve(falling), Curve(seconds, quaternion, []))
-
-
-def _curve(flight: Flight) -> Curve:
-    contacts = [event.seconds for event in flight.events if event.kind == "contact"]
-    return Curve(flight.seconds, flight.quaternion, contacts)
+    return Drop(Curve.of(weightless), Curve.of(falling), Curve(seconds, quaternion, []))

@@ -12,31 +12,12 @@ from .arc_integration import Solution, integrate
 from .arcs import Arc
 from .batch_states import Bodies, TorqueProblem
 from .solver import StepSetting
+from .vector_sums import lengths
 
 MAX_COMPARED_INSTANTS = 64  # at which a coarser solution is compared
-# Instants, evenly over the span, at which the coarser solution tells how fast the body has come to turn.
-INSTANTS_OF_DRIFT = 16
-
-# By what the difference to the coarser solution is multiplied: by measurement over bodies of every kind and
-# torques of every size the difference itself was up to twice too small.  Where torques break, two solutions
-# may agree by chance.
-SAFETY, SAFETY_OF_BREAKS = 3.0, 10.0
-# Up to so many times the rounding a difference counts once: the coarser solution's own start and way make
-# that of a tame motion.
-MULTIPLE_OF_START = 1.5
 # A difference beyond so many times the rounding, taken to grow evenly, is one that steps or the motion have
 # made: how far the motion multiplies either solution's own rounding is known by a factor only.
 MULTIPLE_OF_ROUNDING = 10.0
-# Of arcs between the edges of plates the second solution is no coarser, but begins with another momentum; by
-# what the bound of the errors at edges is multiplied.
-SAFETY_OF_PLATES, SAFETY_OF_EDGES = 4.0, 10.0
-# Rounding, rad, by measurement against the closed form over 1e1 to 1e5 rad: a part of the angle turned, since
-# the rates are doubles; and where the rate is read off the attitude, which remembers every rounding, that
-# angle times the root of the number of steps.
-ROUNDING_OF_ANGLE = 4e-16
-ROUNDING_OF_RATE = 7e-17
-# Of the attitude, times the root of the number of steps.
-ROUNDING_OF_STEPS = 4e-16
 
 
 class Comparison(NamedTuple):
@@ -58,6 +39,19 @@ class Comparison(NamedTuple):
     drift: np.ndarray
     growth: np.ndarray
     span: float
+
+    def margin(self, difference: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+        """What differences (n, k), rad, are taken for: by how they come about, and by rounding (n, 1).
+
+        Twice where the motion may multiply them.
+        """
+        safety = safety_factor(self.fine.smooth, self.fine.plates)
+        with np.errstate(invalid="ignore"):  # infinite where a solution failed
+            # the coarser solution's own start and way make 1.5 times the rounding of a tame motion
+            more = np.maximum(0.0, difference - 1.5 * rounding)
+            beyond = np.maximum(0.0, difference - MULTIPLE_OF_ROUNDING * rounding)
+            margin: np.ndarray = difference + (safety - 1.0) * more
+            return margin + safety * (beyond * ~self.fine.symmetric[:, None])
 
 
 def compared_instants(count: int) -> np.ndarray:
@@ -117,9 +111,9 @@ def angles(p: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def _drift_instants(directions: Sequence[Sequence[Arc]]) -> np.ndarray:
-    """(k,) s: the epoch, and instants evenly over each direction."""
+    """(k,) s: the epoch, and 16 instants evenly over each direction, that tell how fast the body turns."""
     ends = [path[-1].stop for path in directions if path[-1].stop != 0.0]
-    evenly = (np.linspace(0.0, end, INSTANTS_OF_DRIFT + 1)[1:] for end in ends)
+    evenly = (np.linspace(0.0, end, 17)[1:] for end in ends)
     return np.concatenate([[0.0], *evenly])
 
 
@@ -145,18 +139,14 @@ def drift_rates(
     impulse : N m s, `inertial_impulse_size`
     """
     with np.errstate(over="ignore", invalid="ignore"):  # a solution that has run away, and is not used
-        turning, momentum = _max_length(rows[..., 4:7, :]), _max_length(rows[..., 7:10, :])
-        change = _max_length(rows[..., 7:10, :] - rows[..., 7:10, :1])
+        momenta = rows[..., 7:10, :]
+        turning, momentum, change = (
+            lengths(vectors, axis=-2).max(axis=-1)
+            for vectors in (rows[..., 4:7, :], momenta, momenta - momenta[..., :1])
+        )
         along = turning + (impulse + change / np.sqrt(np.maximum(steps, 1))) / least
         rates: np.ndarray = np.where(carried, along, np.maximum(turning, momentum / least))
     return rates
-
-
-def _max_length(vectors: np.ndarray) -> np.ndarray:
-    """(n,): the greatest of (n, 3, k)."""
-    x, y, z = np.moveaxis(vectors * vectors, -2, 0)
-    greatest: np.ndarray = np.sqrt((x + y) + z).max(axis=-1)
-    return greatest
 
 
 def estimate(compared: Comparison, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -168,8 +158,8 @@ def estimate(compared: Comparison, angle: np.ndarray) -> tuple[np.ndarray, np.nd
     with np.errstate(invalid="ignore"):
         drift = np.maximum(angle, compared.drift)
         rounding = rounding_of(drift, fine.steps, fine.symmetric, compared.growth)
-        rounding = rounding + SAFETY_OF_EDGES * fine.edges * compared.span
-        error = _margin(fine, difference[:, None], rounding[:, None])[:, 0] + rounding
+        rounding = rounding + 10.0 * fine.edges * compared.span  # ten times the bound of errors at edges
+        error = compared.margin(difference[:, None], rounding[:, None])[:, 0] + rounding
     failed = ~np.isfinite(difference)
     return np.where(failed, np.inf, error), np.where(failed, 0.0, rounding)
 
@@ -184,21 +174,26 @@ def rounding_of(
 
     angle : rad, that rounding is a part of; growth : what impulses may multiply it by
     carried : whether the momentum along an axis of symmetry is
+
+    Measured against the closed form over 1e1 to 1e5 rad: a part of the angle, since rates are doubles; where
+    the rate is read off the attitude, which remembers every rounding, another times the root of the number of
+    steps; and of the attitude a part times that root.
     """
-    wandering = np.where(carried, 0.0, ROUNDING_OF_RATE * np.sqrt(steps) * angle)
-    rounding: np.ndarray = wandering + ROUNDING_OF_ANGLE * angle
-    return rounding + ROUNDING_OF_STEPS * np.sqrt(steps) * (1.0 + growth)
+    wandering = np.where(carried, 0.0, 7e-17 * np.sqrt(steps) * angle)
+    rounding: np.ndarray = wandering + 4e-16 * angle
+    return rounding + 4e-16 * np.sqrt(steps) * (1.0 + growth)
 
 
-def _margin(fine: Solution, difference: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-    """What a difference is taken for, rad: by how it comes about; twice where the motion may multiply it."""
-    safety = SAFETY_OF_PLATES if fine.plates else SAFETY
-    safety = safety if fine.smooth else SAFETY_OF_BREAKS
-    with np.errstate(invalid="ignore"):  # infinite where a solution failed
-        more = np.maximum(0.0, difference - MULTIPLE_OF_START * rounding)
-        beyond = np.maximum(0.0, difference - MULTIPLE_OF_ROUNDING * rounding) * ~fine.symmetric[:, None]
-        margin: np.ndarray = difference + (safety - 1.0) * more + safety * beyond
-    return margin
+def safety_factor(smooth: bool, plates: bool = False) -> float:
+    """By what the difference to a coarser solution is multiplied.
+
+    By measurement over bodies of every kind and torques of every size the difference itself was up to twice
+    too small.  Where torques break, two solutions may agree by chance.  Between the edges of plates the
+    second solution is no coarser, but begins with another momentum.
+    """
+    if not smooth:
+        return 10.0
+    return 4.0 if plates else 3.0
 
 
 def kept_spans(compared: Comparison, rounding: np.ndarray, tolerance: float) -> np.ndarray:
@@ -208,7 +203,7 @@ def kept_spans(compared: Comparison, rounding: np.ndarray, tolerance: float) -> 
     """
     seconds, time = compared.seconds, np.abs(compared.seconds)
     grown = rounding[:, None] * (time / max(compared.span, float(time.max(initial=0.0)), 1e-300))
-    kept = _margin(compared.fine, compared.differences, rounding[:, None]) + grown <= tolerance
+    kept = compared.margin(compared.differences, rounding[:, None]) + grown <= tolerance
     spans = np.zeros((len(kept), 2))
     for column, side in enumerate((seconds <= 0.0, seconds >= 0.0)):
         order = np.flatnonzero(side)[np.argsort(time[side], kind="stable")]

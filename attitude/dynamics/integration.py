@@ -26,18 +26,12 @@ from .error_estimate import (
 from .solver import OUTPUTS, StepSetting
 from .step_selection import MAX_STEP_FACTOR, Candidate, candidate_of
 
-MIN_DENSE_SAMPLES = 16  # fewer instants are reached by steps
 REPORTED_TOLERANCE = 1e-9  # rad, up to which the best answer is said to be good until some instant
 STATES = 7  # the first rows, which ensembles keep: attitude (4) and rate (3)
 MAX_ATTEMPTS = 6
-# Attempts at all bodies of a block together; those that are left then are solved as scenes of their own.
-MAX_BLOCK_ATTEMPTS = 2
 # Numbers of rows that a block of bodies may fill: it stays in a processor's cache, or not far from it.
 MAX_NUMBERS_PER_BLOCK = 1 << 18
-# Of spans longer than this, rad, the first part, one of so many, is solved before the whole.
-MIN_RADIANS_OF_REHEARSAL, PARTS_OF_SPAN = 1e4, 12.0
-SHARE_OF_TOLERANCE = 0.5  # that the estimate is brought to in that part, and for many bodies
-ORDER = 14.0  # by which steps are changed after an attempt
+SHARE_OF_TOLERANCE = 0.5  # that the estimate is brought to in a rehearsal, and for many bodies
 
 
 @dataclass(frozen=True)
@@ -68,7 +62,7 @@ def choose(problem: TorqueProblem, body: Bodies | None = None, samples: int | No
     body : a block of one; without, the scene's own
     samples : instants that are asked for; without, many
     """
-    wants_dense = samples is None or samples >= MIN_DENSE_SAMPLES
+    wants_dense = samples is None or samples >= 16  # fewer are reached by steps
     return candidate_of(problem, problem.body if body is None else body, wants_dense)
 
 
@@ -236,28 +230,29 @@ def _setting(candidates: Sequence[Candidate], momenta: np.ndarray) -> StepSettin
 
 def finer(candidate: Candidate, ratio: float, steps: int) -> Candidate:
     """Steps whose error is smaller by a ratio, and a little more; of few steps, some that make others."""
-    share = (0.5 * ratio) ** (1.0 / ORDER) if ratio > 0.0 else 0.5  # nothing known: it did not settle
+    share = (0.5 * ratio) ** (1.0 / 14.0) if ratio > 0.0 else 0.5  # nothing known: it did not settle
     share = min(MAX_STEP_FACTOR, 1.0 - 1.0 / max(2, steps), max(0.3, share))
     decay = candidate.decay * min(0.3, max(1e-4, 0.5 * ratio))
     return replace(candidate.shortened(share), decay=decay)
 
 
 def rehearse(problem: TorqueProblem, body: Bodies, candidate: Candidate) -> Candidate:
-    """The candidate with steps that have kept their share of the tolerance over the first part of the span.
+    """The candidate with steps that have kept their share of the tolerance over a twelfth of a long span.
 
-    To find only at the end of a long span that steps were too long would cost all of it again.
+    To find only at its end that steps were too long would cost all of it again.
     """
     angles, momenta = _turned_and_momenta(problem, body)
-    if candidate.ends_at_edges or angles[0] < MIN_RADIANS_OF_REHEARSAL:
+    if candidate.ends_at_edges or angles[0] < 1e4:  # rad
         return candidate
-    start, stop = problem.template.start / PARTS_OF_SPAN, problem.template.stop / PARTS_OF_SPAN
-    part = replace(problem, template=replace(problem.template, start=start, stop=stop))
+    parts = 12.0
+    start, stop = problem.template.start / parts, problem.template.stop / parts
+    part = problem.over(start, stop)
     instants = np.array([np.linspace(start, stop, 8), np.zeros(8)])
     # errors grow with the power 1.1 of time
-    share, before = SHARE_OF_TOLERANCE * problem.tolerance / PARTS_OF_SPAN**1.1, np.inf
+    share, before = SHARE_OF_TOLERANCE * problem.tolerance / parts**1.1, np.inf
     for _ in range(MAX_ATTEMPTS):
         compared = compare(part, body, instants, _setting([candidate], momenta))
-        (error,), (rounding,) = estimate(compared, angles / PARTS_OF_SPAN)
+        (error,), (rounding,) = estimate(compared, angles / parts)
         if error <= share or rounding > share or error > 0.5 * before:  # not of steps, but of the orbit
             break
         before = error
@@ -320,7 +315,8 @@ def solve_each(
     for first in range(0, len(bodies), size):
         block = bodies[first : first + size]
         rows = out[first : first + size]
-        refined = refine(problem, block, at, candidate, rows, attempts=MAX_BLOCK_ATTEMPTS)
+        # those that are left after two attempts together are solved as scenes of their own
+        refined = refine(problem, block, at, candidate, rows, attempts=2)
         for i, one in enumerate(refined):
             if one.reached:
                 continue

@@ -14,10 +14,7 @@ from ..problem.initial_state import InitialState
 from ..problem.torque_model import AppliedImpulse, CachedTorque
 from ..problem.torque_rows import turned
 from .batch_states import Bodies, named, once_for_bodies
-
-MAX_RATE_ITERATIONS = 100
-# Iterations may end in two neighbouring doubles that take turns: they differ by no more than this part.
-ALTERNATION = 1e-15
+from .vector_sums import dot
 
 
 @once_for_bodies
@@ -63,9 +60,8 @@ def rotors_and_dissipation(
 
 def nutation_rates(moments: np.ndarray, rotors: np.ndarray) -> np.ndarray:
     """(n,) rad/s, of bodies at rest but for rotors (n, 3) N m s: frequency of I w' = h x w; (n, 3) kg m2."""
-    x, y, z = (rotors * rotors * moments).T
-    rates: np.ndarray = np.sqrt(((x + y) + z) / (moments[:, 0] * moments[:, 1] * moments[:, 2]))
-    return rates
+    product = moments[:, 0] * moments[:, 1] * moments[:, 2]
+    return np.asarray(np.sqrt(dot(rotors * rotors, moments) / product))
 
 
 def _momentum_rates(bodies: Bodies, rotors: np.ndarray, alpha: np.ndarray) -> np.ndarray:
@@ -76,7 +72,7 @@ def _momentum_rates(bodies: Bodies, rotors: np.ndarray, alpha: np.ndarray) -> np
     tensor, whole = bodies.body.tensor, bodies.rate
     rate, limit = np.array(whole), 1e3 * np.abs(whole).max(axis=1)
     left, change = np.arange(len(bodies)), np.zeros(0)  # those that still move; by what part of the rate
-    for _ in range(MAX_RATE_ITERATIONS):
+    for _ in range(100):
         before = rate[left]
         inner = np.cross(turned(tensor[left], before) + rotors[left], before)
         now = rate[left] = whole[left] - alpha[left, None] * inner
@@ -87,7 +83,7 @@ def _momentum_rates(bodies: Bodies, rotors: np.ndarray, alpha: np.ndarray) -> np
         left, change = left[on], step[on] / size[on]
         if not left.size:
             break
-    rate[left[change > ALTERNATION]] = np.nan
+    rate[left[change > 1e-15]] = np.nan  # else two neighbouring doubles take turns
     return rate
 
 

@@ -8,7 +8,6 @@ of a sphere about any axis, of any body about a principal one, where they act al
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -17,9 +16,6 @@ from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState
 from ..rigid_body.driven_motion import MomentumLaw
 from ..times.two_part import two_part
-
-Vector = list[Fraction]
-MAX_DECAY = 50.0  # times of decay before the epoch, when the momentum was e^50 of itself
 
 
 def momentum_law(
@@ -37,91 +33,70 @@ def momentum_law(
         (EffectCode.CONSTANT_BODY, EffectCode.CONSTANT_INERTIAL, EffectCode.EDDY),
     ).all():
         return None
-    inertia, damping = [_exact(row) for row in initial_state.body.tensor], _damping(rows)
-    rate, torques = _exact(initial_state.rate), _torques(initial_state, rows)
-    ratio = damping[0][0] / inertia[0][0]
-    is_proportional = damping == [[ratio * element for element in row] for row in inertia]
-    any_motion = is_proportional and not any(map(any, torques))
-    if any_motion:
-        law: MomentumLaw | None = _law(Fraction(1), Fraction(0), ratio)
+    eddies = exact(rows[rows[:, 0] == EffectCode.EDDY, 1:10])
+    inertia, damping = exact(initial_state.body.tensor), eddies.sum(axis=0).reshape(3, 3)
+    rate, torques = exact(initial_state.rate), _torques(initial_state, rows)
+    ratio = damping[0, 0] / inertia[0, 0]
+    if (damping == ratio * inertia).all() and not torques.any():  # any motion keeps its direction
+        size_law: tuple[Fraction, ...] | None = Fraction(1), Fraction(0), ratio
     else:
-        law, rate = (None, rate) if impulses else _about_an_axis(inertia, damping, rate, torques)
-    if law is None or -law.damping[0] * initial_state.start > MAX_DECAY:
+        size_law, rate = (None, rate) if impulses else _about_an_axis(inertia, damping, rate, torques)
+    if size_law is None:
         return None
-    return law, np.array([float(component) for component in rate])
+    start, spin_up, decay = size_law
+    if -float(decay) * initial_state.start > 50.0:  # at the beginning the momentum was e^50 of itself
+        return None
+    return MomentumLaw(float(start), two_part(spin_up), two_part(decay)), rate.astype(float)
 
 
 def _about_an_axis(
-    inertia: list[Vector], damping: list[Vector], rate: Vector, torques: tuple[Vector, Vector]
-) -> tuple[MomentumLaw | None, Vector]:
+    inertia: np.ndarray, damping: np.ndarray, rate: np.ndarray, torques: np.ndarray
+) -> tuple[tuple[Fraction, ...] | None, np.ndarray]:
     """The law where the axis of rotation, or of the torque on a body at rest, is one that stands still.
 
-    torques : fixed in the body, and in space; each has to be along the axis, since one of them turns
+    Of the momentum's size: at the epoch, by torques and by damping a second; and the rate of reference.
+
+    torques : (2, 3), fixed in the body, and in space; each has to be along the axis, since one of them turns
     """
-    turns = any(rate)
-    torque = [a + b for a, b in zip(*torques, strict=True)]
+    turns, torque = rate.any(), torques.sum(axis=0)
     axis = rate if turns else torque
-    momentum, resistance = _times(inertia, axis), _times(damping, axis)
-    if not any(axis) or any(any(_cross(axis, other)) for other in (momentum, resistance, *torques)):
+    momentum, resistance = inertia @ axis, damping @ axis
+    if not axis.any() or np.cross(axis, [momentum, resistance, *torques]).any():
         return None, rate
-    size = _dot(axis, momentum)
-    spin_up = _dot(axis, torque) / size
+    size = axis @ momentum
+    spin_up, decay = axis @ torque / size, axis @ resistance / size
     if turns:
-        return _law(Fraction(1), spin_up, _dot(axis, resistance) / size), rate
+        return (Fraction(1), spin_up, decay), rate
     # from rest the rate of reference is along the torque, in doubles
-    unit = Fraction(2) ** -math.frexp(float(max(map(abs, axis))))[1]
-    reference = _exact([float(unit * component) for component in axis])
-    if any(_cross(reference, _times(inertia, reference))):
+    unit = Fraction(2) ** -math.frexp(float(np.abs(axis).max()))[1]
+    reference = exact((unit * axis).astype(float))
+    if np.cross(reference, inertia @ reference).any():
         return None, rate
-    spin_up *= _dot(axis, reference) / _dot(reference, reference)
-    return _law(Fraction(0), spin_up, _dot(axis, resistance) / size), reference
+    spin_up *= (axis @ reference) / (reference @ reference)
+    return (Fraction(0), spin_up, decay), reference
 
 
-def _damping(rows: np.ndarray) -> list[Vector]:
-    """The sum of the eddies' tensors."""
-    eddies = rows[rows[:, 0] == EffectCode.EDDY]
-    tensors = [[_exact(row[first : first + 3]) for first in (1, 4, 7)] for row in eddies]
-    return [[sum((tensor[i][j] for tensor in tensors), Fraction(0)) for j in range(3)] for i in range(3)]
-
-
-def _law(start: Fraction, torque: Fraction, damping: Fraction) -> MomentumLaw:
-    return MomentumLaw(float(start), two_part(torque), two_part(damping))
-
-
-def _torques(initial_state: InitialState, rows: np.ndarray) -> tuple[Vector, Vector]:
-    """The constant torques fixed in the body, and in space, along the body's axes at the epoch.
+def _torques(initial_state: InitialState, rows: np.ndarray) -> np.ndarray:
+    """(2, 3): the constant torques fixed in the body, and in space, along the body's axes at the epoch.
 
     Exactly but for the length of the quaternion.
     """
-    own, inertial = [Fraction(0)] * 3, [Fraction(0)] * 3
-    w, x, y, z = _exact(initial_state.attitude)
-    norm = w * w + x * x + y * y + z * z
-    # columns of R(q): inertial components of the body's axes, times the square of the quaternion's length
-    columns = (
-        (w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)),
-        (2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)),
-        (2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z),
+    w, x, y, z = exact(initial_state.attitude)
+    # rows are the inertial components of the body's axes, times the square of the quaternion's length
+    axes = np.array(
+        [
+            [w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)],
+            [2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)],
+            [2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z],
+        ]
     )
-    for row in rows:
-        vector = _exact(row[1:4])
-        if row[0] == EffectCode.CONSTANT_BODY:
-            own = [a + b for a, b in zip(own, vector, strict=True)]
-        elif row[0] == EffectCode.CONSTANT_INERTIAL:
-            inertial = [a + _dot(column, vector) / norm for a, column in zip(inertial, columns, strict=True)]
-    return own, inertial
+    own, inertial = (
+        exact(rows[rows[:, 0] == code, 1:4]).sum(axis=0)
+        for code in (EffectCode.CONSTANT_BODY, EffectCode.CONSTANT_INERTIAL)
+    )
+    return np.array([own, axes @ inertial / (w * w + x * x + y * y + z * z)])
 
 
-def _exact(values: Sequence[float] | np.ndarray) -> Vector:
-    return [Fraction(float(value)) for value in values]
-
-
-def _times(matrix: list[Vector], vector: Vector) -> Vector:
-    return [_dot(row, vector) for row in matrix]
-
-
-def _dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
-    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+def exact(values: np.ndarray) -> np.ndarray:
+    """Fractions equal to doubles, (...)."""
+    return np.asarray(np.frompyfunc(Fraction, 1, 1)(np.asarray(values, dtype=float)))

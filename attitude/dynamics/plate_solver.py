@@ -19,9 +19,13 @@ STRIDE = 1.5  # arcs of the coarser solution over those of the answer
 
 def take_arcs(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     """Step the bodies of a task, in arcs of no more than `setting.step` rad; else as `solver.take_steps`."""
-    arguments, plates = task.arguments, task.arguments.plates
+    arguments, which, setting = task.arguments, task.which, task.setting
+    plates = arguments.plates
     assert plates is not None
-    records = _records(task)
+    records = np.zeros(len(which), MARCHED)
+    records["index"], records["state"], records["body"] = which, task.states[which], arguments.body[which]
+    records["constant"], records["pace"] = plates.constant[which], plates.pace[which]
+    records["theta"] = setting.step[which] * (STRIDE if setting.coarsely else 1.0)
     sources = plates.sources.shape[1]
     rows = ArcRow.SOURCES + SourceRow.ROWS * sources
     work = workspace(rows * ARC_NODES, scheme())
@@ -38,18 +42,6 @@ def take_arcs(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     finally:
         for torque in torques:
             torque.raise_failure()
-    task.states[task.which] = records["state"]
+    task.states[which] = records["state"]
     arcs, sweeps, _, failed = records["counts"].T
     return SolverWork(arcs, sweeps, failed, records["edges"])
-
-
-def _records(task: SolverTask) -> np.ndarray:
-    """(k,) records of MARCHED: the bodies of a task."""
-    plates, which, setting = task.arguments.plates, task.which, task.setting
-    assert plates is not None
-    records = np.zeros(len(which), MARCHED)
-    records["index"], records["state"] = which, task.states[which]
-    records["body"] = task.arguments.body[which]
-    records["constant"], records["pace"] = plates.constant[which], plates.pace[which]
-    records["theta"] = setting.step[which] * (STRIDE if setting.coarsely else 1.0)
-    return records

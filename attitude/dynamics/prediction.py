@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..kernels.layout import EffectCode
-from ..problem.initial_state import InitialState
 from ..problem.spin_bound import reached_spin
 from .angular_rates import max_angular_rates
 from .batch_states import TorqueProblem
@@ -17,12 +16,9 @@ from .integration import Refinement, refine
 from .solver import OUTPUTS
 from .step_selection import Candidate
 
-# Seconds that a prediction may take; from one part of the span to the next that is solved for it, and the
-# least part, where spins have no bound (eddies, far backwards).
-MAX_SECONDS, NEXT_PART, LEAST_PART = 0.3, 4.0, 4.0**-30
-# The powers of time that the work may grow with (a body that spins up steadily turns by its square), and
-# that errors are taken to grow with beyond the part that was solved.
-MAX_GROWTH_OF_WORK, GROWTH_OF_ERROR = 2.0, 2.0
+MAX_SECONDS = 0.3  # that a prediction may take
+NEXT_PART = 4.0  # from one part of the span to the next that is solved for it
+GROWTH_OF_ERROR = 2.0  # the power of time that errors are taken to grow with beyond the part that was solved
 
 
 @dataclass(frozen=True)
@@ -50,11 +46,15 @@ def predict(problem: TorqueProblem, candidate: Candidate) -> Prediction:
     if any((torque.own_rows[:, 0] == EffectCode.USER).any() for torque in problem.torques):
         return _beyond(problem, candidate.error, candidate.seconds, 1.0)
     part, work, growth = _first_part(problem, candidate), 0.0, 1.0
+    span = problem.max_abs_seconds
     while True:
-        refined = _solved(problem, candidate, part)
-        before, work = work, part if candidate.ends_at_edges else _work(problem, candidate, refined)
+        refined, before = _solved(problem, candidate, part), work
+        # steps made, of those that the candidate expects in the whole span; none in a span of no length
+        work = refined.steps * candidate.step / span if span else 0.0
+        work = part if candidate.ends_at_edges else work
         if before:
-            growth = min(MAX_GROWTH_OF_WORK, max(1.0, math.log(work / before, NEXT_PART)))
+            growth = max(1.0, math.log(work / before, NEXT_PART))
+            growth = min(2.0, growth)  # a body that spins up steadily turns by the square of time
         if part == 1.0:
             break
         faster = _rate_bound(problem, NEXT_PART * part) / _rate_bound(problem, part)
@@ -71,7 +71,7 @@ def _first_part(problem: TorqueProblem, candidate: Candidate) -> float:
     """Return the part of the span that is solved in MAX_SECONDS, whatever the torques make of the spin."""
     rate = float(max_angular_rates(problem.template, problem.body, problem.torques, problem.impulses)[0])
     part = 1.0
-    while part > LEAST_PART:
+    while part > NEXT_PART**-30:  # where spins have no bound: eddies, far backwards
         faster = max(1.0, _rate_bound(problem, part) / rate if rate else 1.0)
         if part * candidate.seconds * faster <= MAX_SECONDS:
             break
@@ -81,27 +81,16 @@ def _first_part(problem: TorqueProblem, candidate: Candidate) -> float:
 
 def _rate_bound(problem: TorqueProblem, part: float) -> float:
     """rad/s, over a part of the span; infinite where eddies are followed far backwards."""
-    return reached_spin(_over(problem, part), problem.torques, problem.impulses).rate
-
-
-def _over(problem: TorqueProblem, part: float) -> InitialState:
-    """The scene's state, with a part of its span."""
-    start, stop = part * problem.template.start, part * problem.template.stop
-    return replace(problem.template, start=start, stop=stop)
+    first = problem.over(part * problem.template.start, part * problem.template.stop)
+    return reached_spin(first.template, problem.torques, problem.impulses).rate
 
 
 def _solved(problem: TorqueProblem, candidate: Candidate, part: float) -> Refinement:
-    template = _over(problem, part)
-    seconds = np.linspace(template.start, template.stop, MAX_COMPARED_INSTANTS)
+    """What steps come to over a part of the span."""
+    start, stop = part * problem.template.start, part * problem.template.stop
+    seconds = np.linspace(start, stop, MAX_COMPARED_INSTANTS)
     instants, rows = np.array([seconds, np.zeros_like(seconds)]), np.empty((1, OUTPUTS, seconds.size))
-    (refined,) = refine(replace(problem, template=template), problem.body, instants, candidate, rows)
-    return refined
-
-
-def _work(problem: TorqueProblem, candidate: Candidate, refined: Refinement) -> float:
-    """The steps made, of those that the candidate expects in the whole span; none in a span of no length."""
-    span = problem.max_abs_seconds
-    return refined.steps * candidate.step / span if span else 0.0
+    return refine(problem.over(start, stop), problem.body, instants, candidate, rows)[0]
 
 
 def _beyond(problem: TorqueProblem, reached: float, seconds: float, part: float) -> Prediction:

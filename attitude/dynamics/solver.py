@@ -18,19 +18,9 @@ from .solver_arguments import SolverArguments
 NAME, ORDER = "gauss, order 32", 2 * NODES
 OUTPUTS = 10  # attitude (4), rate (3), momentum (3)
 STRIDE = 1.2  # steps of the coarser solution over those of the answer
-COARSER_DECAY = 10.0  # the same of what a step may be off by
 LEAST_DECAY = 1e-15  # below which coefficients are rounding
-# Sweeps end when the next would change the attitude by less: rounding of a symmetric body, whose rate is
-# carried; of others this part of what a step may be off by, or rounding, which their rate remembers.
-LEAST_CHANGE_SYMMETRIC, SHARE_OF_SWEEPS, LEAST_CHANGE = 1e-17, 1e-5, 1e-19
-# Sweeps that the finer solution makes besides: what the coarser one's leave is in their difference then, and
-# not by chance the same in both.
-SWEEPS_AFTER = 1
-SPUN_UP = 1.5  # growth of the momentum that steps take without being halved
-MAX_STEPS = 1e8
-# Steps of every arc: of three, two coarser ones are not the halves of one another; of six, which the library
-# takes, the coarser solution's, one less, are not much longer.
-FEWEST_STEPS, MIN_STEPS = 3, 6
+# Steps of every arc: of six, the coarser solution's, one less, are not much longer.
+MIN_STEPS = 6
 
 
 class StepSetting(NamedTuple):
@@ -46,7 +36,8 @@ class StepSetting(NamedTuple):
     coarsely : in fewer steps, for the error's estimate; (n,), or for all; dense_coarsely : `dense` then
     momentum : (n,) N m s, for which the step is meant: one of a body that torques have spun up far beyond it
         is halved
-    min_steps : (n,), of every arc, however short
+    min_steps : (n,), of every arc, however short; at least 3, since of 2 steps the coarser solution's one is
+        their double
     """
 
     step: np.ndarray
@@ -55,7 +46,7 @@ class StepSetting(NamedTuple):
     coarsely: bool | np.ndarray = False
     momentum: np.ndarray | float = np.inf
     dense_coarsely: bool = False
-    min_steps: np.ndarray | float = FEWEST_STEPS
+    min_steps: np.ndarray | float = 3
 
 
 class SolverTask(NamedTuple):
@@ -79,7 +70,40 @@ class SolverTask(NamedTuple):
     instants: np.ndarray
     setting: StepSetting
     out: np.ndarray
-    max_steps: float = MAX_STEPS
+    max_steps: float = 1e8
+
+    def records(self) -> np.ndarray:
+        """(k,) records of STEPPED: the bodies of a task, with the steps that their settings ask for."""
+        which, setting = self.which, self.setting
+
+        def own(value: Any) -> Any:
+            return value[which] if isinstance(value, np.ndarray) else value
+
+        coarsely = own(setting.coarsely)
+        records = np.zeros(len(which), STEPPED)
+        records["index"], records["state"] = which, self.states[which]
+        records["body"] = self.arguments.body[which]
+        records["symmetric"] = self.arguments.symmetric[which]
+        records["max_steps"], records["dense"] = self.max_steps, own(setting.dense)
+        # none longer than asked for; 0.3 keeps the coarser ones, of few, at 1.17 to 1.5 times the length
+        length = abs(self.stop - self.start)
+        steps = np.maximum(length / setting.step[which], own(setting.min_steps)) * (1.0 - 1e-12)
+        steps = np.ceil(np.minimum(steps, 2.0**62))
+        records["steps"] = steps = np.where(coarsely, steps / STRIDE + 0.3, steps).astype(np.int64)
+        # the momentum may grow by half before steps are halved; s N m s
+        records["reach"] = 1.5 * (max(length, 1e-300) / steps) * own(setting.momentum)
+        decay, symmetric = setting.decay[which], records["symmetric"] != 0
+        # Sweeps end when the next would change the attitude by less than rounding, of a symmetric body, whose
+        # rate is carried; of others than rounding, which their rate remembers, or 1e-5 of `decay`.
+        change = np.maximum(1e-5 * decay, 1e-19)
+        records["aim"] = np.where(symmetric, 1e-17, change)
+        # The finer solution makes one sweep more: what the sweeps of the coarser one leave is in their
+        # difference then, and not by chance the same in both.
+        records["after"] = np.where(symmetric | coarsely | (change <= 1e-19), 0, 1)
+        records["decay"] = np.maximum(decay * np.where(coarsely, 10.0, 1.0), LEAST_DECAY)
+        if self.arguments.is_smooth:
+            records["decay"] = np.inf
+        return records
 
 
 class SolverWork(NamedTuple):
@@ -96,7 +120,7 @@ class SolverWork(NamedTuple):
 
 def take_steps(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     """Step the bodies of a task; raises what a user's function raised while stepping, and Stopped."""
-    records, arguments = _records(task), task.arguments
+    records, arguments = task.records(), task.arguments
     rows = StepRow.EFFECTS + ROWS_PER_EFFECT * arguments.effects.shape[1]
     work = workspace(rows * NODES, scheme())
     span, flag = np.array([task.start, task.stop]), stopping.current().flag
@@ -119,43 +143,6 @@ def workspace(numbers: int, scheme: np.ndarray) -> np.ndarray:
     work = spare[first : first + numbers]
     work[: scheme.size] = scheme
     return work
-
-
-def _records(task: SolverTask) -> np.ndarray:
-    """(k,) records of STEPPED: the bodies of a task, with the steps that their settings ask for."""
-    which, setting = task.which, task.setting
-
-    def own(value: Any) -> Any:
-        return value[which] if isinstance(value, np.ndarray) else value
-
-    coarsely = own(setting.coarsely)
-    records = np.zeros(len(which), STEPPED)
-    records["index"], records["state"] = which, task.states[which]
-    records["body"] = task.arguments.body[which]
-    records["symmetric"] = task.arguments.symmetric[which]
-    records["max_steps"], records["dense"] = task.max_steps, own(setting.dense)
-    # none longer than asked for; 0.3 keeps the coarser ones, of few, at 1.17 to 1.5 times the length
-    length = abs(task.stop - task.start)
-    steps = np.maximum(length / setting.step[which], own(setting.min_steps)) * (1.0 - 1e-12)
-    steps = np.ceil(np.minimum(steps, 2.0**62))
-    records["steps"] = steps = np.where(coarsely, steps / STRIDE + 0.3, steps).astype(np.int64)
-    records["reach"] = SPUN_UP * (max(length, 1e-300) / steps) * own(setting.momentum)  # s N m s
-    decay = setting.decay[which]
-    change = np.maximum(SHARE_OF_SWEEPS * decay, LEAST_CHANGE)
-    symmetric = records["symmetric"] != 0
-    records["aim"] = np.where(symmetric, LEAST_CHANGE_SYMMETRIC, change)
-    records["after"] = np.where(symmetric | coarsely | (change <= LEAST_CHANGE), 0, SWEEPS_AFTER)
-    records["decay"] = np.maximum(decay * np.where(coarsely, COARSER_DECAY, 1.0), LEAST_DECAY)
-    if task.arguments.is_smooth:
-        records["decay"] = np.inf
-    return records
-
-
-def vector_lengths(vectors: np.ndarray) -> np.ndarray:
-    """(n,), of (n, 3): sums are written out, for the same bits whatever n is."""
-    x, y, z = (vectors * vectors).T
-    length: np.ndarray = np.sqrt((x + y) + z)
-    return length
 
 
 @cache

@@ -16,12 +16,8 @@ from .batch_states import Bodies, once_for_bodies, right_handed
 from .momentum import inertial_components
 from .plate_arguments import PLATES, PlateArguments, plate_arguments
 
-# Moments that differ by less are those of a symmetric body: this is rounding of the inertia given.
-SYMMETRY_TOLERANCE = 1e-15
 # Rows that act without a torque of their own, or linearly: they become part of the body.
 ABSORBED = (EffectCode.WHEELS, EffectCode.DISSIPATION, EffectCode.EDDY)
-# Torques that come and go while the body turns: not smooth in time.
-NOT_SMOOTH = {EffectCode.USER}
 
 
 @dataclass(frozen=True)
@@ -50,8 +46,8 @@ class SolverArguments:
 
     @property
     def is_smooth(self) -> bool:
-        """Whether all torques are, in time."""
-        return not self.codes & NOT_SMOOTH
+        """Whether all torques are, in time; a user's may come and go while the body turns."""
+        return EffectCode.USER not in self.codes
 
     def repeated(self, times: int) -> SolverArguments:
         """The arguments of each body so many times."""
@@ -118,18 +114,17 @@ def solver_arguments(
     rows = [_rows_of(template, bodies, torque, axes, order) for torque in torques]
     air = number_pieces(rows, torques, template)
     table = np.concatenate([np.zeros((len(bodies), 0, EffectRow.WIDTH)), *rows], axis=1)
-    absorbed = np.array([code in ABSORBED for code in table[0, :, 0].tolist()], np.bool_)
+    absorbed = np.isin(table[0, :, 0], ABSORBED)
     to_axes = rotations.from_matrix(axes)
-    same = np.abs(moments[:, 0] - moments[:, 1]) <= SYMMETRY_TOLERANCE * moments[:, 1]
+    # moments that differ by rounding of the inertia given are those of a symmetric body
+    same = np.abs(moments[:, 0] - moments[:, 1]) <= 1e-15 * moments[:, 1]
     moments[same, :2] = 0.5 * (moments[same, 0] + moments[same, 1])[:, None]
     body = _body(moments, to_axes, table[:, absorbed])
     # momentum along the third axis: rotors across it, and dissipation, which turns the body, change it too
     across = body[:, BodyRow.ROTORS : BodyRow.ROTORS + 2].any(axis=1) | (body[:, BodyRow.ALPHA] != 0.0)
     effects = np.ascontiguousarray(table[:, ~absorbed])
     surroundings = _surroundings(template, torques)
-    if any(
-        code in PLATES for code in effects[0, :, 0].tolist()
-    ):  # the march keeps no momentum along an axis of symmetry
+    if np.isin(effects[0, :, 0], PLATES).any():  # the march keeps no momentum along an axis of symmetry
         plates = plate_arguments(template, torques, body, effects, air)
         return SolverArguments(body, np.zeros_like(same), to_axes, effects, surroundings, plates)
     return SolverArguments(body, same & ~across, to_axes, effects, surroundings)

@@ -21,35 +21,20 @@ from . import plate_solver, solver, solver_cost
 from .angular_rates import max_angular_rates, rates_after
 from .arcs import Arc
 from .batch_states import Bodies, TorqueProblem
-from .error_estimate import MULTIPLE_OF_ROUNDING, SAFETY, SAFETY_OF_BREAKS, rounding_of
+from .error_estimate import MULTIPLE_OF_ROUNDING, angles, rounding_of, safety_factor
 from .momentum import impulse_sums, initial_momenta
 from .plate_arguments import edges_per_turn
 from .solver import LEAST_DECAY, MIN_STEPS, OUTPUTS, SolverTask, SolverWork, StepSetting, take_steps
 from .solver_arguments import SolverArguments, most_symmetric
 
-# Radians of the fastest motion: what a trial runs over, and the longest steps of symmetric bodies and others.
-RADIANS_OF_TRIAL = 40.0
-MAX_RADIANS = {True: 12.0, False: 8.0}
-# Of the turn about the central body where it is fastest, in a step under torques that depend on the place: a
-# longer one may pass a pericentre unseen, and so may the coarser solution's.
-MAX_RADIANS_OF_ORBIT = 3.5
-ALONG_ORBIT = {EffectCode.GRAVITY_GRADIENT, EffectCode.MAGNETIC}
-MAX_TRIALS = 16
+MAX_RADIANS = {True: 12.0, False: 8.0}  # of the fastest motion, in a step of symmetric bodies and others
 SHARE_OF_MIN_STEPS = 0.5  # of the steps that every arc has, those in a trial: the longest are tried too
 # Steps that a trial may be cut into: far more than any torque that can be followed over the span.
 MAX_STEPS_OF_TRIAL = 2e4
 MAX_STEP_FACTOR = 0.9  # from one trial to the next: with more, the number of steps would hardly change
-# Of the tolerance, what the estimate is to be: the rest is for what the trial did not meet.  Errors are taken
-# to grow with this power of time: cautious, since the order is high.
-SHARE_OF_TOLERANCE, ERROR_GROWTH_EXPONENT = 0.25, 1.5
+SHARE_OF_TOLERANCE = 0.25  # what the estimate is to be: the rest is for what the trial did not meet
 # Differences below this are rounding of attitudes, which shorter steps would not make smaller.
 ROUNDING = 3e-15
-ORDER = 20.0  # by which steps are changed; where torques break, the difference falls with the step itself
-# Of the tolerance, what the polynomial within a step may be off by; and the room that its steps have to have
-# for the coarser solution, which is read off polynomials without a trial.
-SHARE_OF_DENSE, DENSE_ROOM = 0.1, 1.15
-# The longest arc between edges of plates, rad; of all the angle, what such arcs turn through.
-RADIANS_OF_ARC, SHARE_OF_LONGEST_ARCS = 0.5, 0.6
 
 
 @dataclass(frozen=True)
@@ -89,8 +74,8 @@ class Candidate:
 
     @property
     def dense_coarsely(self) -> bool:
-        """Whether the coarser solution may be read off its polynomials too, with some room."""
-        return self.dense_step >= DENSE_ROOM * solver.STRIDE * self.step
+        """Whether the coarser solution may be read off its polynomials too: with room, as it has no trial."""
+        return self.dense_step >= 1.15 * solver.STRIDE * self.step
 
     def settings(self, samples: int, span: float) -> tuple[Candidate, bool]:
         """The candidate for so many samples over a span (s), and whether they are read off polynomials.
@@ -130,11 +115,11 @@ def candidate_of(problem: TorqueProblem, body: Bodies, wants_dense: bool = True)
 
 def _between_edges(problem: TorqueProblem, rate: float, edges: int) -> Candidate:
     """Arcs between the edges of plates: no tolerance needs others, and none is cheaper with others."""
-    angle = rate * problem.max_abs_seconds
-    arcs = angle * (edges / (2.0 * np.pi) + SHARE_OF_LONGEST_ARCS / RADIANS_OF_ARC)
+    angle, longest = rate * problem.max_abs_seconds, 0.5  # rad, of an arc
+    arcs = angle * (edges / (2.0 * np.pi) + 0.6 / longest)  # the longest turn through 0.6 of the angle
     rounding = float(rounding_of(angle, arcs, carried=True))
     return Candidate(
-        RADIANS_OF_ARC,
+        longest,
         np.inf,
         error=rounding,
         rounding=rounding,
@@ -195,14 +180,14 @@ class _Trial:
         one = most_symmetric(problem.template, body, arc.torques)
         self.arguments = one.repeated(2)
         self.whole = problem.max_abs_seconds
-        self.span = min(self.whole, arc.length or self.whole, RADIANS_OF_TRIAL / rate)
+        self.span = min(self.whole, arc.length or self.whole, 40.0 / rate)  # of 40 rad
         self.start, self.stop = arc.start, arc.start + float(np.copysign(self.span, arc.stop - arc.start))
         self.compared = np.linspace(self.start, self.stop, 4)[1:]
         momentum = initial_momenta(problem.template, body, arc.torques) + added
         self.states = np.repeat(one.states(body.attitude, momentum), 2, axis=0)
         self.smooth = self.arguments.is_smooth
-        self.safety = SAFETY if self.smooth else SAFETY_OF_BREAKS
-        follows_orbit = self.arguments.codes & ALONG_ORBIT
+        self.safety = safety_factor(self.smooth)
+        follows_orbit = self.arguments.codes & {EffectCode.GRAVITY_GRADIENT, EffectCode.MAGNETIC}
         self.orbit_path = problem.template.orbit_path if follows_orbit else None
         self.refined: SolverArguments | None = None
         if problem.refined is not problem:
@@ -256,13 +241,13 @@ class _Trial:
 
     def _settled(self) -> _Pair:
         """The first pair, in ever shorter steps, that differs by no more than it may."""
-        growth = (self.whole / self.span) ** ERROR_GROWTH_EXPONENT
+        growth = (self.whole / self.span) ** 1.5  # of errors: cautious, since the order is high
         aim = SHARE_OF_TOLERANCE * self.tolerance / growth / self.safety
         now = Candidate(self._longest_step(), aim if self.smooth else max(aim, LEAST_DECAY))
         aim = max(aim, SHARE_OF_TOLERANCE * self._difference_of_orbits(now) / self.safety)
         most = MULTIPLE_OF_ROUNDING * self._rounding(now, self.span)
         before: _Pair | None = None
-        for _ in range(MAX_TRIALS):
+        for _ in range(16):
             pair = self._pair(now)
             if pair.steps > MAX_STEPS_OF_TRIAL:
                 if before is None:
@@ -283,8 +268,8 @@ class _Trial:
         return pair._replace(candidate=now)
 
     def _finer(self, pair: _Pair, aim: float) -> Candidate:
-        """Steps in which the difference falls to half the aim, by the order."""
-        order = ORDER if self.smooth else 1.0
+        """Steps in which the difference falls to half the aim; where torques break, with the step itself."""
+        order = 20.0 if self.smooth else 1.0
         ratio = (0.5 * aim / pair.difference) ** (1.0 / order) if pair.difference > aim else 1.0
         now = pair.candidate.shortened(min(MAX_STEP_FACTOR, max(0.4, ratio)))
         if self.smooth:
@@ -296,11 +281,15 @@ class _Trial:
         return float(rounding_of(self.rate * span, span / candidate.step, self.arguments.symmetric[0]))
 
     def _longest_step(self) -> float:
-        """The longest steps, s, that are tried: a part of the span, of turns, and of the turn on an orbit."""
+        """The longest steps, s, that are tried: a part of the span, of turns, and of the turn on an orbit.
+
+        Under torques that depend on the place, 3.5 rad of the orbit where it is fastest: a longer step may
+        pass a pericentre unseen, and so may the coarser solution's.
+        """
         longest = MAX_RADIANS[bool(self.arguments.symmetric[0])]
         step = min(longest / self.rate, self.whole / MIN_STEPS)
         path = self.orbit_path
-        return step if path is None else min(step, MAX_RADIANS_OF_ORBIT / path.max_rate)
+        return step if path is None else min(step, 3.5 / path.max_rate)
 
     def _step_made(self, candidate: Candidate) -> float:
         """The length of the trial's steps, s."""
@@ -325,10 +314,10 @@ class _Trial:
         return off if np.isfinite(off) else 0.0
 
     def _dense_step(self, candidate: Candidate) -> float:
-        """The longest steps, s, within which polynomials keep a part of the tolerance."""
+        """The longest steps, s, within which polynomials keep a tenth of the tolerance."""
         at = np.linspace(self.start, self.stop, 25)[1:]
         off = difference_of(*self.run(candidate, at, (False, False), np.array([False, True]))[0])
-        share = SHARE_OF_DENSE * self.tolerance / (SAFETY * max(off, ROUNDING))
+        share = 0.1 * self.tolerance / (safety_factor(smooth=True) * max(off, ROUNDING))
         return self._step_made(candidate) * ((1.0 if share >= 1.0 else 0.5) * share) ** (1.0 / NODES)
 
 
@@ -337,12 +326,7 @@ def difference_of(one: np.ndarray, other: np.ndarray) -> float:
 
     one, other : (OUTPUTS, m)
     """
-    (a, x, y, z), (b, u, v, w) = one[:4], other[:4]
-    first, second = a * u - b * x - (y * w - z * v), a * v - b * y - (z * u - x * w)
-    third = a * w - b * z - (x * v - y * u)
-    half_angle = float(np.sqrt((first * first + second * second + third * third).max()))
+    angle = float(angles(one[None, :4], other[None, :4]).max())
     change, size = one[7:] - other[7:], float((one[7:] * one[7:]).sum(axis=0).max())
     relative = float((change * change).sum(axis=0).max()) / size if size else 0.0
-    if not np.isfinite(half_angle + relative):
-        return np.inf
-    return max(2.0 * float(np.arcsin(min(1.0, half_angle))), float(np.sqrt(relative)))
+    return max(angle, float(np.sqrt(relative))) if np.isfinite(angle + relative) else np.inf

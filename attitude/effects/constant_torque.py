@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -20,6 +20,8 @@ class ConstantTorque(Torque):
     `frame`: "body" or "inertial", the axes of the components.  `start` and `stop`: elapsed
     (`{"value", "unit"}`) or dates (`{"date", "scale"}`); if left out, it acts at all times before or after.
     """
+
+    REASON: ClassVar[str] = "a torque while it is switched on; exact along an axis that stands still"
 
     type: Literal["constant_torque"]
     torque: TorqueVector

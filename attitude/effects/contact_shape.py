@@ -14,8 +14,6 @@ from ..dynamics import contact
 from ..errors import InputError
 
 Positive = Annotated[Number, Field(gt=0.0)]
-# Vertices whose third extent is smaller than this part of the first lie in one plane.
-MIN_RELATIVE_THICKNESS = 1e-9
 
 
 class Cylinder(Part):
@@ -85,7 +83,7 @@ def _check_vertices(points: np.ndarray, vertices: list[list[float]]) -> None:
     if len(points) < 4:
         raise InputError("vertices", vertices, "at least 4 vertices")
     extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    if extents[2] <= MIN_RELATIVE_THICKNESS * extents[0]:
+    if extents[2] <= 1e-9 * extents[0]:
         raise InputError("vertices", vertices, "vertices that do not all lie in one plane")
     from scipy.spatial import ConvexHull
 

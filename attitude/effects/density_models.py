@@ -6,7 +6,7 @@ from typing import Any
 
 from ..documents.fields import Part
 from ..documents.files import document_path
-from ..documents.quantities import MassDensity
+from ..documents.quantities import MassDensity, above_zero
 from ..errors import InputError, unknown_name
 from .atmosphere import Atmosphere
 from .density_table import DensityTable
@@ -18,8 +18,10 @@ MODELS: dict[str, type[Atmosphere]] = {"harris_priester": HarrisPriester, "nrlms
 
 def parse_density(value: Any) -> MassDensity | Atmosphere:
     """Choose the form of a density by the keys of the document; those made in Python pass through."""
-    if isinstance(value, (MassDensity, Atmosphere)):
+    if isinstance(value, Atmosphere):
         return value
+    if isinstance(value, MassDensity):
+        return above_zero(value)
     if not isinstance(value, dict):
         expected = (
             f"a value and its unit, a table of altitudes and densities, or a model ({', '.join(MODELS)})"
@@ -34,7 +36,7 @@ def parse_density(value: Any) -> MassDensity | Atmosphere:
         if isinstance(value.get("file"), str) and value["file"]:
             value = value | {"file": document_path(value["file"], "altitudes and densities")}
         return DensityTable.model_validate(value)
-    return MassDensity.model_validate(value)
+    return above_zero(MassDensity.model_validate(value))
 
 
 def density_classes() -> list[type[Part]]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import model_validator
 
-from ..documents.quantities import DissipationCoefficient, check_not_negative
+from ..documents.quantities import NOT_BELOW_ZERO, DissipationCoefficient
 from ..kernels.layout import EffectCode
 from ..problem.initial_state import InitialState, Spin
 from .effect import BodyDependentTorque, row
@@ -21,13 +20,10 @@ class Dissipation(BodyDependentTorque):
     Ratiu 1996).
     """
 
-    type: Literal["dissipation"]
-    coefficient: DissipationCoefficient
+    REASON: ClassVar[str] = "takes energy at constant momentum, from inside"
 
-    @model_validator(mode="after")
-    def _check(self) -> Dissipation:
-        check_not_negative(self, "coefficient")
-        return self
+    type: Literal["dissipation"]
+    coefficient: Annotated[DissipationCoefficient, NOT_BELOW_ZERO]
 
     def rows(self, initial_state: InitialState) -> np.ndarray:
         """One row: the coefficient."""

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ..documents.fields import Chosen, field_within
-from ..documents.quantities import Length, Rate, check_positive
+from ..documents.quantities import ABOVE_ZERO, Length, Rate
 from ..errors import InputError
 from ..kernels.layout import EffectCode
 from ..orbit.path_states import position, samples, velocity
@@ -19,9 +19,6 @@ from .atmosphere import Atmosphere
 from .density_models import density_classes, parse_density
 from .effect import Torque, required_orbit_path, row
 from .plates import DragPlate, Surfaces
-
-# The maximum over an orbit exceeds the greatest of its samples by less than this factor.
-SAMPLING_MARGIN = 1.01
 
 
 class Drag(Torque):
@@ -40,7 +37,7 @@ class Drag(Torque):
     plates: Annotated[list[DragPlate], Field(min_length=1, fail_fast=True)]
     density: Annotated[Any, Chosen(parse_density, density_classes)]
     reference_altitude: Length | None = None
-    scale_height: Length | None = None
+    scale_height: Annotated[Length, ABOVE_ZERO] | None = None
     corotating: bool = True
     rotation: Rate | None = None
 
@@ -51,8 +48,6 @@ class Drag(Torque):
                 if getattr(self, name) is not None:
                     expected = f"no {name} beside {self.density.name()}"
                     raise InputError(name, getattr(self, name).value, expected)
-        else:
-            check_positive(self, "density", "scale_height")
         names = ("scale_height", "reference_altitude")
         for present, missing in (names, names[::-1]):
             if getattr(self, present) is not None and getattr(self, missing) is None:
@@ -72,9 +67,7 @@ class Drag(Torque):
             with field_within("density"):
                 self.density.check(initial_state)
                 self.air(initial_state)
-        if self.scale_height is not None and central.radius is None:
-            expected = "a radius of the central body in orbit, from which the altitude is measured"
-            raise InputError("reference_altitude", None, expected)
+        self._profile(initial_state)
         if self.corotating and self.rotation is None and not central.is_earth:
             raise InputError("rotation", None, "the rotation of the central body, which is not the Earth")
 
@@ -116,7 +109,8 @@ class Drag(Torque):
             return self.density.si, 0.0, math.inf
         central = initial_state.central_body
         if central is None or central.radius is None:
-            raise InputError("reference_altitude", None, "an orbit about a body with a radius")
+            expected = "a radius of the central body in orbit, from which the altitude is measured"
+            raise InputError("reference_altitude", None, expected)
         return self.density.si, central.radius + self.reference_altitude.si, self.scale_height.si
 
     def _air_rotation(self, initial_state: InitialState) -> np.ndarray:
@@ -138,4 +132,5 @@ class Drag(Torque):
         exponent = (distance - radius) / height if math.isfinite(height) else np.zeros(len(t))
         rho = density * np.exp(-exponent) if air is None else density_profile.evaluate(air, t)
         flow = float((rho * (v**2).sum(axis=1)).max())
-        return SAMPLING_MARGIN * (0.5 * flow) * Surfaces.facing_flow(self.plates).greatest_torque()
+        margin = 1.01  # the maximum over an orbit exceeds the greatest of its samples by less
+        return margin * (0.5 * flow) * Surfaces.of(self.plates).greatest_torque()

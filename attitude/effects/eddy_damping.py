@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -26,6 +26,10 @@ class EddyDamping(BodyDependentTorque):
     eigenvalue.  The torque is that of a steady field on the body; energy and momentum both fall.
     """
 
+    REASON: ClassVar[str] = (
+        "takes energy and momentum; exact in a sphere, and about an axis that stands still"
+    )
+
     type: Literal["eddy_damping"]
     coefficient: Annotated[Number, Field(ge=0.0)] | None = None
     tensor: Matrix | None = None
@@ -39,7 +43,11 @@ class EddyDamping(BodyDependentTorque):
             C = self.C
         if not np.abs(C).max() <= GREATEST:
             raise InputError(form, getattr(self, form), f"a magnitude up to {GREATEST:g} N m s")
-        _check_symmetric(C, self.tensor)
+        off = np.abs(C - C.T)
+        if self.tensor is not None and (off > SYMMETRY_TOLERANCE * np.abs(C).max()).any():
+            i, j = (int(k) for k in np.unravel_index(int(np.argmax(off)), (3, 3)))
+            mirror = f"a symmetric tensor (the mirrored element is {self.tensor[j][i]!r})"
+            raise InputError(f"tensor[{i}][{j}]", self.tensor[i][j], mirror)
         least = float(np.linalg.eigvalsh(C)[0])
         if least < -SYMMETRY_TOLERANCE * float(np.abs(C).max()):
             expected = f"a tensor without negative eigenvalues (one is {least:.6g} N m s)"
@@ -60,11 +68,3 @@ class EddyDamping(BodyDependentTorque):
     def sizes(self, initial_state: InitialState, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """Greatest eigenvalue of C times the greatest rate."""
         return float(np.linalg.eigvalsh(self.C)[-1]) * spin.rate
-
-
-def _check_symmetric(C: np.ndarray, tensor: list[list[float]] | None) -> None:
-    off = np.abs(C - C.T)
-    if tensor is not None and (off > SYMMETRY_TOLERANCE * np.abs(C).max()).any():
-        i, j = (int(k) for k in np.unravel_index(int(np.argmax(off)), (3, 3)))
-        mirror = f"a symmetric tensor (the mirrored element is {tensor[j][i]!r})"
-        raise InputError(f"tensor[{i}][{j}]", tensor[i][j], mirror)

@@ -24,11 +24,12 @@ class Effect(Part):
     """An element of the document's `effects`, identified by its `type`.
 
     ACTS_ON decides how it is simulated: "translation" moves the centre of mass alone, "instants" change the
-    momentum at points in time, "attitude" is a torque at every instant.
+    momentum at points in time, "attitude" is a torque at every instant.  REASON is what plans say of it.
     """
 
     type: str
     ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]]
+    REASON: ClassVar[str] = "a torque at every instant"
     NEEDS_ORBIT: ClassVar[bool] = False
 
     @property

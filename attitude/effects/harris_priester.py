@@ -29,8 +29,12 @@ TABLE = """
 720 0.01607 0.1779; 740 0.01281 0.1452; 760 0.01036 0.1190; 780 0.008496 0.09776; 800 0.007069 0.08059;
 840 0.004680 0.05741; 880 0.003200 0.04210; 920 0.002210 0.03130; 960 0.001560 0.02360; 1000 0.001150 0.01810
 """
-ALTITUDES, LEAST, GREATEST = np.array([row.split() for row in TABLE.split(";")], dtype=float).T
-ALTITUDES, LEAST, GREATEST = 1e3 * ALTITUDES, 1e-12 * LEAST, 1e-12 * GREATEST  # m, kg/m3
+# m, kg/m3
+ALTITUDES, LEAST, GREATEST = np.transpose([row.split() for row in TABLE.split(";")]).astype(float) * [
+    [1e3],
+    [1e-12],
+    [1e-12],
+]
 
 
 class HarrisPriester(EarthAtmosphere):

@@ -51,6 +51,9 @@ class Impulse(Effect):
     """
 
     ACTS_ON: ClassVar[Literal["translation", "instants", "attitude"]] = "instants"
+    REASON: ClassVar[str] = (
+        "the momentum changes at an instant; the closed form or the solver goes on from there"
+    )
 
     type: Literal["impulse"]
     time: Instant | None = None

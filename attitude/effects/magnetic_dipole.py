@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import model_validator
 
 from ..documents.fields import Part
-from ..documents.quantities import Angle, DipoleVector, FieldStrength, Length, Rate, check_positive
+from ..documents.quantities import ABOVE_ZERO, Angle, DipoleVector, FieldStrength, Length, Rate
 from ..errors import InputError
 from ..frames.celestial import G10, G11, H11, REFERENCE_RADIUS
 from ..kernels.layout import EffectCode
@@ -45,16 +44,11 @@ class DipoleField(Part):
     left out.
     """
 
-    strength: FieldStrength
-    radius: Length
+    strength: Annotated[FieldStrength, ABOVE_ZERO]
+    radius: Annotated[Length, ABOVE_ZERO]
     tilt: Angle = NO_ANGLE
     longitude: Angle = NO_ANGLE
     rotation: Rate | None = None
-
-    @model_validator(mode="after")
-    def _check(self) -> DipoleField:
-        check_positive(self, "strength", "radius")
-        return self
 
     def source(self) -> RotatingDipole:
         """Return the dipole in SI units."""

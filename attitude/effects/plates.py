@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from functools import cache, lru_cache
+from collections.abc import Sequence
+from functools import cache
 from typing import Annotated, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from .. import stopping
-from ..documents.fields import Number, Part, Vector
-from ..documents.quantities import Area, LengthVector, check_positive, unit_vector
+from ..documents.fields import Number, Part
+from ..documents.quantities import ABOVE_ZERO, Area, Direction, LengthVector, unit_vector
 from ..errors import InputError
 
 DIRECTION_COUNT = 5_000
 # No direction is farther than this from one of directions(), rad (a test measures it).
 COVERING = 2.6 / math.sqrt(DIRECTION_COUNT)
-MAX_NUMBERS = 1 << 18  # of plates times directions in one array
 Fraction = Annotated[Number, Field(ge=0.0, le=1.0)]
 
 
@@ -27,19 +27,17 @@ class Plate(Part):
     One side of it: light and flow on its back have no effect, and no plate shades another.
     """
 
-    area: Area
-    normal: Vector
+    area: Annotated[Area, ABOVE_ZERO]
+    normal: Direction
     centre: LengthVector
-
-    @model_validator(mode="after")
-    def _check(self) -> Plate:
-        check_positive(self, "area")
-        unit_vector(self.normal, "normal")
-        return self
 
     def along(self, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(unit normal, centre in m) in components along the rows of axes."""
         return axes @ unit_vector(self.normal, "normal"), axes @ self.centre.si
+
+    def surface(self) -> tuple[float, float, float]:
+        """(area in m2, specular, diffuse): the force on it, for a pressure of 1, is that of sunlight."""
+        raise NotImplementedError
 
 
 class OpticalPlate(Plate):
@@ -55,11 +53,19 @@ class OpticalPlate(Plate):
             raise InputError("diffuse", self.diffuse, expected)
         return self
 
+    def surface(self) -> tuple[float, float, float]:
+        """Its own numbers."""
+        return self.area.si, self.specular, self.diffuse
+
 
 class DragPlate(Plate):
     """`coefficient`: of drag; 2 where the molecules stick to the plate."""
 
     coefficient: Annotated[Number, Field(gt=0.0, le=1e6)] = 2.0
+
+    def surface(self) -> tuple[float, float, float]:
+        """Area times drag coefficient, absorbing: the force on it is that of drag."""
+        return self.area.si * self.coefficient, 0.0, 0.0
 
 
 class Surfaces(NamedTuple):
@@ -76,16 +82,12 @@ class Surfaces(NamedTuple):
     diffuse: np.ndarray
 
     @classmethod
-    def of(cls, plates: list[OpticalPlate]) -> Surfaces:
-        """Return the surfaces of plates in sunlight."""
-        return cls(*_geometry(plates), *np.array([[p.specular, p.diffuse] for p in plates]).T)
-
-    @classmethod
-    def facing_flow(cls, plates: list[DragPlate]) -> Surfaces:
-        """Return absorbing surfaces of areas times drag coefficient: the force on them is that of drag."""
-        normals, centres, areas = _geometry(plates)
-        none = np.zeros(len(plates))
-        return cls(normals, centres, areas * np.array([p.coefficient for p in plates]), none, none)
+    def of(cls, plates: Sequence[Plate]) -> Surfaces:
+        """Return the surfaces of plates."""
+        normals, centres = (
+            np.array(part) for part in zip(*(p.along(np.eye(3)) for p in plates), strict=True)
+        )
+        return cls(normals, centres, *np.array([plate.surface() for plate in plates]).T)
 
     def torque(self, towards: np.ndarray) -> np.ndarray:
         """(m, 3) m3, for a pressure of 1 from the directions (m, 3)."""
@@ -99,34 +101,19 @@ class Surfaces(NamedTuple):
         """Upper bound over all directions, m3, for a pressure of 1.
 
         The greatest of DIRECTION_COUNT directions, and what it may grow by between them: the force changes
-        by at most area (1 + specular + 2/3 diffuse) for each radian.  A few percent above the maximum.  Plans
-        and solvers ask several times for it: the last are kept.
+        by at most area (1 + specular + 2/3 diffuse) for each radian.  A few percent above the maximum.
         """
-        return _greatest_torque(*((array.tobytes(), array.shape) for array in self))
-
-    def _greatest(self) -> float:
         steepest = self.areas * (1.0 + self.specular + 2.0 / 3.0 * self.diffuse)
         reach = float(steepest @ np.linalg.norm(self.centres, axis=1))
         if reach == 0.0:
             return 0.0
         greatest = 0.0
-        step = max(1, MAX_NUMBERS // len(self.areas))
+        step = max(1, (1 << 18) // len(self.areas))  # directions in an array
         for first in range(0, DIRECTION_COUNT, step):
             stopping.check()
             torques = self.torque(directions()[first : first + step])
             greatest = max(greatest, float(np.sqrt((torques**2).sum(axis=1).max())))
         return float(min(reach, greatest + reach * COVERING))
-
-
-def _geometry(plates: list[OpticalPlate] | list[DragPlate]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    pairs = [plate.along(np.eye(3)) for plate in plates]
-    normals, centres = (np.array(part) for part in zip(*pairs, strict=True))
-    return normals, centres, np.array([plate.area.si for plate in plates])
-
-
-@lru_cache(maxsize=64)
-def _greatest_torque(*arrays: tuple[bytes, tuple[int, ...]]) -> float:
-    return Surfaces(*(np.frombuffer(data).reshape(shape) for data, shape in arrays))._greatest()
 
 
 @cache

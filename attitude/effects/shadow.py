@@ -13,13 +13,8 @@ from ..orbit.path_states import position, samples, velocity
 from ..problem.initial_state import OrbitPath, Passages, PiecewisePolynomial
 from ..windows.root_search import ROOT_RELATIVE_TOLERANCE
 
-# The height over the shadow has one minimum in each sampling step, or few.
-SAMPLES_PER_REVOLUTION = 360
 SAMPLES_PER_BLOCK = 200_000
 ROOT_TOLERANCE = 1e-12  # s
-# Within a penumbra the light begins and ends like the power 3/2 of time: arcs end at its middle, and at 1/4,
-# 1/8, ... 1/64 of it from either end (the error of each level is in docs/torques.md, section 5).
-PENUMBRA_LEVELS = 6
 
 
 def passages(
@@ -45,7 +40,9 @@ def passages(
     kinds = np.full(middles.size, Light.FULL)
     kinds[heights[0](middles) < 0.0] = Light.PARTIAL
     kinds[(heights[-1](middles) < 0.0) & ~heights[-1].is_ring(middles)] = Light.DARK
-    part = 0.5 ** np.arange(1, PENUMBRA_LEVELS + 1)
+    # Within a penumbra the light begins and ends like the power 3/2 of time: arcs end at its middle, and at
+    # 1/4, 1/8, ... 1/64 of it from either end (the error of each level is in docs/torques.md, section 5).
+    part = 0.5 ** np.arange(1, 7)
     part = np.concatenate([part, 1.0 - part])
     within = [ends[i] + (ends[i + 1] - ends[i]) * part for i in np.flatnonzero(kinds == Light.PARTIAL)]
     return Passages(shadow, edges, kinds, np.unique(np.concatenate([edges, *within])))
@@ -79,7 +76,7 @@ class ShadowHeight:
 
 def _blocks(orbit_path: OrbitPath, start: float, stop: float) -> Iterator[np.ndarray]:
     """Equidistant instants in blocks that overlap by two, so that no extremum falls between blocks."""
-    step = orbit_path.period / SAMPLES_PER_REVOLUTION
+    step = orbit_path.period / 360  # in which the height over the shadow has one minimum, or few
     count = max(4, int(np.ceil((stop - start) / step)) + 1)
     for first in range(0, count - 2, SAMPLES_PER_BLOCK):
         k = np.arange(first, min(first + SAMPLES_PER_BLOCK + 2, count))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -26,6 +26,8 @@ class SolarPressure(Torque):
     away; where the scene has an orbit, the light comes from there to the body on it.  `shadow` of the central
     body: "conical", with a penumbra (if left out), "cylindrical" (or true), or false.
     """
+
+    REASON: ClassVar[str] = "a torque at every instant outside the shadow"
 
     type: Literal["solar_pressure"]
     plates: Annotated[list[OpticalPlate], Field(min_length=1, fail_fast=True)]
@@ -52,9 +54,8 @@ class SolarPressure(Torque):
         central = initial_state.central_body
         if central is None:
             return
-        if self.needs_orbit and central.radius is None:
-            expected = "a radius of the central body in orbit, which is that of its shadow"
-            raise InputError("shadow", self.shadow, expected)
+        if self.needs_orbit:
+            self._shadow_and_radius(initial_state)
         if self.source == "astropy" and not central.is_earth:
             expected = "the direction of the Sun, where the central body is not the Earth"
             raise InputError("sun", self.source, expected)
@@ -63,7 +64,7 @@ class SolarPressure(Torque):
         """One row a plate."""
         pressure, model, radius, sun_radius = sunlight.pressure(), ShadowModel.NONE, 0.0, 0.0
         if self.needs_orbit:
-            model, radius, sun_radius = self._shadow, self._radius(initial_state), SUN_RADIUS
+            (model, radius), sun_radius = self._shadow_and_radius(initial_state), SUN_RADIUS
         return np.stack(
             [
                 row(
@@ -75,16 +76,14 @@ class SolarPressure(Torque):
             ]
         )
 
-    @property
-    def _shadow(self) -> ShadowModel:
-        return ShadowModel.CONICAL if self.shadow == "conical" else ShadowModel.CYLINDRICAL
-
-    @staticmethod
-    def _radius(initial_state: InitialState) -> float:
+    def _shadow_and_radius(self, initial_state: InitialState) -> tuple[ShadowModel, float]:
+        """The form of the shadow, and the radius of the body that casts it, m."""
         central = initial_state.central_body
         if central is None or central.radius is None:
-            raise InputError("orbit", None, "an orbit about a body with a radius")
-        return central.radius
+            expected = "a radius of the central body in orbit, which is that of its shadow"
+            raise InputError("shadow", self.shadow, expected)
+        is_conical = self.shadow == "conical"
+        return ShadowModel.CONICAL if is_conical else ShadowModel.CYLINDRICAL, central.radius
 
     def passages(self, initial_state: InitialState) -> Passages | None:
         """Passages through the shadow; None without one."""
@@ -92,7 +91,8 @@ class SolarPressure(Torque):
             return None
         orbit_path, sun = required_orbit_path(initial_state), self.sun(initial_state)
         span = initial_state.start, initial_state.stop
-        return passages(orbit_path, sun, self._radius(initial_state), span, self._shadow)
+        shadow, radius = self._shadow_and_radius(initial_state)
+        return passages(orbit_path, sun, radius, span, shadow)
 
     def sun(self, initial_state: InitialState) -> PiecewisePolynomial:
         """Vector from the central body to the Sun, m."""

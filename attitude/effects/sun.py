@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pydantic import model_validator
 
-from ..documents.fields import Part, Vector
-from ..documents.quantities import unit_vector
+from ..documents.fields import Part
+from ..documents.quantities import Direction, unit_vector
 from ..errors import InputError
 from ..frames.celestial import au, sun_from_earth
 from ..frames.earth_fixed import scene_axes
@@ -20,18 +19,12 @@ if TYPE_CHECKING:
     from astropy.time import Time
 
 SOLAR_CONSTANT = 1361.0  # W/m2 at 1 au (IAU 2015 resolution B3, nominal total solar irradiance)
-INTERPOLATION_TOLERANCE = 1e-9  # the rounding of the series itself is 7e-11
 
 
 class FixedSun(Part):
     """`{"direction": [..3]}`: towards the Sun, components in the scene's frame; 1 au away."""
 
-    direction: Vector
-
-    @model_validator(mode="after")
-    def _check(self) -> FixedSun:
-        unit_vector(self.direction, "direction")
-        return self
+    direction: Direction
 
     def vector(self) -> PiecewisePolynomial:
         """Return the constant vector to the Sun, m."""
@@ -68,4 +61,5 @@ def from_earth(epoch: Time, frame: str, start: float, stop: float) -> PiecewiseP
     def position(t: np.ndarray) -> np.ndarray:
         return np.asarray(sun_from_earth(tdb, t) @ rotation.T)
 
-    return interpolated(position, start - DAY, stop + DAY, 4.0 * DAY, INTERPOLATION_TOLERANCE, "sun")
+    # the rounding of the series itself is 7e-11
+    return interpolated(position, start - DAY, stop + DAY, 4.0 * DAY, 1e-9, "sun")

@@ -106,22 +106,20 @@ class UserTorque(Torque):
         if not (np.isfinite(q).all() and np.isfinite(w).all()):  # a step too long, which the solver halves
             out[:] = math.nan
             return
+        assert self._function is not None
         try:
-            out[:] = self._checked(t, q, w)
+            result = self._function(t, q, w)
+            try:
+                value = np.asarray(result, dtype=float)
+            except (TypeError, ValueError):
+                value = np.zeros(0)
+            if value.shape != (3,) or not np.isfinite(value).all():
+                expected = "a torque of three finite numbers"
+                raise InputError(f"effect {self._name!r}", result, expected, steps=())
+            out[:] = value
         except BaseException as error:
             self._failures[get_ident()] = error
             out[:] = math.nan
-
-    def _checked(self, t: float, attitude: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        assert self._function is not None
-        result = self._function(t, attitude, rate)
-        try:
-            value = np.asarray(result, dtype=float)
-        except (TypeError, ValueError):
-            value = np.zeros(0)
-        if value.shape != (3,) or not np.isfinite(value).all():
-            raise InputError(f"effect {self._name!r}", result, "a torque of three finite numbers", steps=())
-        return value
 
 
 def _address_of(code: Any) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -18,6 +18,10 @@ class Wheels(BodyDependentTorque):
     Total angular momentum of the rotors relative to the body, along the body's axes; motors keep it
     constant.  The body's moments are those with the rotors locked (Hughes 2004, section 3.5).
     """
+
+    REASON: ClassVar[str] = (
+        "rotors turn the body by their momentum; energy is kept; exact without other torques"
+    )
 
     type: Literal["wheels"]
     momentum: AngularImpulseVector

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from ..documents.fields import Part
-from ..documents.quantities import GravitationalParameter, Length, check_positive
+from ..documents.quantities import ABOVE_ZERO, GravitationalParameter, Length
 from ..problem.initial_state import CentralBody, OrbitPath
 
 if TYPE_CHECKING:
@@ -42,13 +42,12 @@ class AboutABody(OrbitDefinition):
 
     FORM: ClassVar[str]
 
-    mu: GravitationalParameter | None = None
-    radius: Length | None = None
+    mu: Annotated[GravitationalParameter, ABOVE_ZERO] | None = None
+    radius: Annotated[Length, ABOVE_ZERO] | None = None
     central_body: Literal["earth"] | None = None
 
     def central(self) -> CentralBody:
-        """Return the central body; InputError where `mu` or `radius` is not positive."""
-        check_positive(self, "mu", "radius")
+        """Return the central body."""
         is_earth = self.mu is None or self.central_body == "earth"
         nominal = earth()
         mu = nominal.mu if self.mu is None else self.mu.si

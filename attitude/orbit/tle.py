@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from ..documents.quantities import GravitationalParameter, check_positive
+from ..documents.quantities import ABOVE_ZERO, GravitationalParameter
 from ..errors import InputError, warn
 from ..frames import rotations
 from ..frames.earth_fixed import scene_axes, teme
@@ -56,7 +56,7 @@ class TwoLine(OrbitDefinition):
     tle: Annotated[
         list[str], Field(min_length=2, max_length=3), BeforeValidator(_lines), AfterValidator(_plain_lines)
     ]
-    mu: GravitationalParameter | None = None
+    mu: Annotated[GravitationalParameter, ABOVE_ZERO] | None = None
 
     @model_validator(mode="after")
     def _check(self) -> TwoLine:
@@ -93,7 +93,6 @@ class TwoLine(OrbitDefinition):
 
     def central(self) -> CentralBody:
         """Return the Earth, with the document's `mu` if it has one."""
-        check_positive(self, "mu")
         return earth() if self.mu is None else earth()._replace(mu=self.mu.si)
 
     def summary(self) -> str:

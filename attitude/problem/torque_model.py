@@ -50,10 +50,13 @@ class CachedTorque:
         """Return the cached density along the orbit."""
         return self._once("air")
 
-    def size(self, initial_state: InitialState) -> float:
-        """Upper bound, N m: of this body if the torque depends on the body, else the cached one."""
+    def size(self, initial_state: InitialState, spin: Spin | None = None) -> float:
+        """Upper bound, N m: of this body if the torque depends on the body, else the cached one.
+
+        spin : bound on how fast it turns; without, it turns freely
+        """
         own = hasattr(self.effect, "sizes")
-        return float(self.effect.size(initial_state) if own else self._once("size"))
+        return float(self.effect.size(initial_state, spin) if own else self._once("size"))
 
     def sizes(self, moments: np.ndarray, spin: Spin) -> np.ndarray:
         """(n,), N m: upper bounds for bodies with moments (n, 3) and bounds of their spin, (n,)."""
