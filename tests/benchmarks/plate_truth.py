@@ -15,7 +15,9 @@ from time import perf_counter, process_time
 import numpy as np
 
 from attitude import Scene
-from tests.dynamics.test_plates import DRAG, LIGHT, angle, cubesat, quantity
+from tests.dynamics.motions import angle
+from tests.dynamics.scenes import quantity
+from tests.dynamics.test_plates import DRAG, LIGHT, cubesat
 from tests.oracles.plate_motion import AU, MU, PRESSURE, PlateMotion, rotation
 
 DAY = 86400
@@ -211,7 +213,7 @@ def print_row(name, document, end):
     if end:
         at = np.flatnonzero((run.elapsed > 0) & (run.elapsed <= end))[-1:]
         truth, edges = Truth(document).attitudes(run.elapsed[at].tolist())
-        text += f"  error {angle(run.quaternion('wxyz')[at], truth):.1e} rad at {end} s, {edges} edges"
+        text += f"  error {angle(run.quaternion('wxyz')[at].T, truth.T):.1e} rad at {end} s, {edges} edges"
     print(text, flush=True)
 
 
@@ -229,7 +231,7 @@ def print_random(count=24):
         }
         run = Scene.model_validate(document).run()
         truth, _ = Truth(document).attitudes([5520.0])
-        error = angle(run.quaternion("wxyz")[1:], truth)
+        error = angle(run.quaternion("wxyz")[1:].T, truth.T)
         worst.append(error)
         missed += error > run.plan.error_bound
     print(

@@ -3,7 +3,8 @@
 import numpy as np
 
 from attitude import Scene
-from tests.dynamics.test_torques_effects import plate, quantity
+from tests.dynamics import scenes
+from tests.dynamics.scenes import plate, quantity
 
 NEXT_TO_REST = 1e-12  # rad/s
 SPAN = 60.0  # s
@@ -92,16 +93,14 @@ def moments(rng):
 
 def random_scene(rng, names):
     """The document of a body at rest under the effects of these names."""
-    q = rng.normal(size=4)
-    document = {
-        "body": {"moments": moments(rng), "unit": "kg m2"},
-        "frame": "INERTIAL",
-        "attitude": {"quaternion": (q / np.linalg.norm(q)).tolist(), "order": "wxyz"},
-        "angular_velocity": quantity([0.0, 0.0, 0.0], "rad/s"),
-        "times": {"elapsed": np.linspace(-0.2 * SPAN, SPAN, 7).tolist(), "unit": "s"},
-        "effects": [EFFECTS[name](rng) for name in names],
-        "tolerance": quantity(1e-10 if BROKEN.isdisjoint(names) else 1e-5, "rad"),
-    }
+    q, inertia = rng.normal(size=4), moments(rng)
+    document = scenes.document(
+        *(EFFECTS[name](rng) for name in names),
+        moments=inertia,
+        elapsed=np.linspace(-0.2 * SPAN, SPAN, 7),
+        tolerance=1e-10 if BROKEN.isdisjoint(names) else 1e-5,
+        q=(q / np.linalg.norm(q)).tolist(),
+    )
     angles = {name: quantity(rng.uniform(0, 90), "deg") for name in ("inclination", "raan", "mean_anomaly")}
     return document | {"orbit": {"semi_major_axis": quantity(7e6, "m"), **angles}}
 

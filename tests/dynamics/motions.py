@@ -116,8 +116,9 @@ def integrate_arc(
 
 
 def angle(p, q):
-    """rad, greatest over the columns (4, n) of both."""
-    p, q = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
+    """rad, greatest over the columns (4, n) of both, or of two attitudes (4,), of any length."""
+    p, q = (np.asarray(each, dtype=float) for each in (p, q))
+    p, q = p / np.linalg.norm(p, axis=0), q / np.linalg.norm(q, axis=0)
     cross = np.cross(p[1:], q[1:], axis=0)
     vector = p[0] * q[1:] - q[0] * p[1:] - cross
     return float(2.0 * np.arcsin(np.minimum(1.0, np.sqrt((vector**2).sum(axis=0)))).max())

@@ -7,27 +7,19 @@ from attitude import Scene
 from attitude.dynamics import integration
 from attitude.effects import UserTorque
 from attitude.oracle.torque_motion import TorqueMotion
-from tests.dynamics.test_plates import DRAG, cubesat, quantity
+from tests.dynamics import scenes
+from tests.dynamics.motions import angle
+from tests.dynamics.scenes import quantity
+from tests.dynamics.test_plates import DRAG, cubesat
 from tests.oracles.plate_motion import PlateMotion
+
+TURNED = [0.5, -0.5, 0.1, 0.7]
 
 
 def document(moments, rate, stop, effects, tolerance=1e-6):
-    return {
-        "body": {"moments": moments, "unit": "kg m2"},
-        "frame": "INERTIAL",
-        "attitude": {"quaternion": [0.5, -0.5, 0.1, 0.7], "order": "wxyz"},
-        "angular_velocity": quantity(rate, "rad/s"),
-        "times": {"elapsed": [0, stop], "unit": "s"},
-        "effects": effects,
-        "tolerance": tolerance if tolerance == "best" else quantity(tolerance, "rad"),
-    }
-
-
-def angle(p, q):
-    """rad, between two attitudes, of any length."""
-    p, q = np.array(p, dtype=float), np.array(q, dtype=float)
-    p, q = p / np.linalg.norm(p), q / np.linalg.norm(q)
-    return 2 * np.linalg.norm(p[0] * q[1:] - q[0] * p[1:] - np.cross(p[1:], q[1:]))
+    return scenes.document(
+        *effects, moments=moments, rate=rate, elapsed=(0, stop), tolerance=tolerance, q=TURNED
+    )
 
 
 TORQUE = [1.3e-5, -8.4e-6, -1.6e-5]
@@ -39,7 +31,7 @@ def test_estimate_of_a_body_spun_up_from_rest_in_few_steps(stop):
     """Its coarser steps, halved, must not be those that it is compared with."""
     moments = [75.0, 124.0, 125.0]
     run = Scene.model_validate(document(moments, [0.0, 0.0, 0.0], stop, [THRUST])).run()
-    motion = TorqueMotion(moments, [0.0] * 3, [0.5, -0.5, 0.1, 0.7], [("constant_body", TORQUE)], None, 20)
+    motion = TorqueMotion(moments, [0.0] * 3, TURNED, [("constant_body", TORQUE)], None, 20)
     error = angle(run.quaternion("wxyz")[1], motion.states([stop])[0].attitude)
     assert error <= run.plan.error_bound <= 1e-6
 
@@ -73,7 +65,7 @@ def test_bound_between_impulses_has_what_the_motion_makes_of_their_rounding(mome
         "angular_impulse": quantity(PUSH, "N m s"),
     }
     run = Scene.model_validate(document(moments, rate, stop, [impulse])).run()
-    (before,) = TorqueMotion(moments, rate, [0.5, -0.5, 0.1, 0.7], (), None, 30).states([700.0])
+    (before,) = TorqueMotion(moments, rate, TURNED, (), None, 30).states([700.0])
     after = [w + push / moment for w, push, moment in zip(before.rate, PUSH, moments, strict=True)]
     (end,) = TorqueMotion(moments, after, before.attitude, (), None, 30).states([stop - 700.0])
     error = angle(run.quaternion("wxyz")[1], end.attitude)
@@ -109,7 +101,7 @@ def test_steps_of_a_body_at_rest_are_measured_by_the_nutation_that_its_wheels_ma
     thrust = THRUST | {"torque": quantity(torque, "N m")}
     run = Scene.model_validate(document(moments, [0.0] * 3, 1000.0, [thrust, wheels], 1e-8)).run()
     terms = [("constant_body", torque), ("wheels", rotor)]
-    (end,) = TorqueMotion(moments, [0.0] * 3, [0.5, -0.5, 0.1, 0.7], terms, None, 20).states([1000.0])
+    (end,) = TorqueMotion(moments, [0.0] * 3, TURNED, terms, None, 20).states([1000.0])
     assert angle(run.quaternion("wxyz")[1], end.attitude) <= run.plan.error_bound <= 1e-8
     steps = int(run.plan.solver.split(": ")[1].split()[0])
     radians = 1000.0 * np.sqrt(np.array(rotor) ** 2 @ moments / np.prod(moments))

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from attitude import Scene
 from attitude.effects import harris_priester
 from attitude.orbit.path_states import state
-from tests.dynamics.test_plates import angle
+from tests.dynamics.motions import angle
 from tests.effects.scenes import quantity
 from tests.oracles.plate_motion import ACCURACY, MU, RADIUS, PlateMotion
 
@@ -181,7 +181,7 @@ def errors(run, motion):
     """(rad, the error at each instant but the first; and how often a plate turned its edge)."""
     states, edges = motion.states(run.elapsed[1:].tolist())
     truth = states[:, :4] / np.linalg.norm(states[:, :4], axis=1)[:, None]
-    return angle(run.quaternion("wxyz")[1:], truth), edges
+    return angle(run.quaternion("wxyz")[1:].T, truth.T), edges
 
 
 CASES = {

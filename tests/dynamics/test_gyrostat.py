@@ -12,7 +12,7 @@ from attitude.rigid_body.body import RigidBody
 from attitude.rigid_body.gyrostat_constants import GyrostatBatch
 from attitude.times.instants import Instants
 from tests.dynamics.motions import matrix
-from tests.dynamics.test_torques_effects import quantity, scene
+from tests.dynamics.scenes import quantity, scene
 from tests.oracles.gyrostat_motion import GyrostatMotion
 
 PROMISED = 4e-15  # rad; measured: 1.3e-15

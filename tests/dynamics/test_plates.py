@@ -7,14 +7,12 @@ import pytest
 
 from attitude import AttitudeWarning, Scene, ToleranceError
 from attitude.effects import UserTorque
+from tests.dynamics.motions import angle
+from tests.dynamics.scenes import quantity
 from tests.oracles.plate_motion import PlateMotion
 
 # What SciPy is off by over these spans (in penumbrae 4e-12; no finer arcs of ours are nearer to it).
 AGREEMENT = 1e-11
-
-
-def quantity(value, unit):
-    return {"value": value, "unit": unit}
 
 
 def box(**more):
@@ -103,17 +101,11 @@ def run_and_truth(document, user=None):
     return scene.run(), states[:, :4] / np.linalg.norm(states[:, :4], axis=1)[:, None], edges
 
 
-def angle(p, q):
-    (a, x, y, z), (b, u, v, w) = p.T, q.T
-    vector = a * u - b * x - (y * w - z * v), a * v - b * y - (z * u - x * w), a * w - b * z - (x * v - y * u)
-    return 2.0 * np.arcsin(np.sqrt(sum(part**2 for part in vector))).max()
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_motion_is_that_of_an_integration_cut_at_every_edge(name):
     run, truth, edges = run_and_truth(CASES[name])
     assert edges >= 2
-    assert angle(run.quaternion("wxyz")[1:], truth) < AGREEMENT
+    assert angle(run.quaternion("wxyz")[1:].T, truth.T) < AGREEMENT
     assert run.plan.error_bound < AGREEMENT
 
 
@@ -121,13 +113,13 @@ def test_motion_is_that_of_an_integration_cut_at_every_edge(name):
 def test_body_of_plates_nearly_at_rest_moves_as_one_at_rest(rate):
     slow = cubesat(DRAG, angular_velocity=quantity([rate, -0.3 * rate, 0.2 * rate], "deg/s"))
     run, rest = (Scene.model_validate(one).run() for one in (slow, cubesat(DRAG, **REST)))
-    apart = angle(run.quaternion("wxyz"), rest.quaternion("wxyz"))
+    apart = angle(run.quaternion("wxyz").T, rest.quaternion("wxyz").T)
     assert apart <= run.plan.error_bound + rest.plan.error_bound < 1e-12
 
 
 def test_torque_of_the_users_acts_beside_plates():
     run, truth, _ = run_and_truth(cubesat(DRAG), user)
-    assert angle(run.quaternion("wxyz")[1:], truth) < AGREEMENT
+    assert angle(run.quaternion("wxyz")[1:].T, truth.T) < AGREEMENT
     assert run.plan.error_bound < 1e-9
 
 
@@ -172,8 +164,8 @@ def test_error_that_outgrows_the_tolerance_is_said_with_the_instant():
     with pytest.warns(AttitudeWarning):
         other = Scene.model_validate(TUMBLING | {"body": {"moments": moments, "unit": "kg m2"}}).run()
     within = run.elapsed <= stop
-    assert angle(run.quaternion("wxyz")[within], other.quaternion("wxyz")[within]) < 1e-8
-    assert angle(run.quaternion("wxyz")[-9:], other.quaternion("wxyz")[-9:]) > 1e-6
+    assert angle(run.quaternion("wxyz")[within].T, other.quaternion("wxyz")[within].T) < 1e-8
+    assert angle(run.quaternion("wxyz")[-9:].T, other.quaternion("wxyz")[-9:].T) > 1e-6
     plan = scene.plan()
     assert plan.tolerance_span is not None
     assert 0.1 < plan.predicted_error / run.plan.error_bound < 10.0

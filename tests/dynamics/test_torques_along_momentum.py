@@ -10,7 +10,7 @@ from attitude.ensemble import Ensemble, effects_simulation
 from attitude.oracle.torque_motion import TorqueMotion
 from attitude.oracle.truth import attitude_error, rate_error
 from attitude.times.instants import as_instants
-from tests.dynamics.test_torques_effects import quantity, scene
+from tests.dynamics.scenes import quantity, scene
 from tests.oracles.damped_and_driven import damped_sphere, spun_up
 
 RATE, SPIN, REST = (0.3, -0.5, 0.4), (0.0, 0.0, 0.4), (0.0, 0.0, 0.0)

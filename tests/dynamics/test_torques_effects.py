@@ -3,37 +3,14 @@
 import numpy as np
 import pytest
 
-from attitude import InputError, Scene
+from attitude import InputError
 from tests.dynamics.motions import angle, initial_state, integrated, matrix
+from tests.dynamics.scenes import MOMENTS, TIGHT, orbit, plate, quantity, scene
 
 MU, RADIUS = 3.986004e14, 6378100.0  # nominal Earth (IAU 2015)
 C, SOLAR_CONSTANT, AU, SUN_RADIUS = 299792458.0, 1361.0, 149597870700.0, 6.957e8
-MOMENTS = (10.0, 14.0, 17.0)
-# A solver's own tolerance, and how far SciPy's answer at rtol 1e-12 may be from it after tens of radians.
-TIGHT, AGREEMENT = 1e-11, 1e-10
-
-
-def quantity(value, unit):
-    return {"value": value, "unit": unit}
-
-
-def scene(*effects, moments=MOMENTS, rate=(0.0, 0.0, 0.0), elapsed=(0.0,), tolerance=TIGHT, **more):
-    """A body aligned with the inertial axes; times elapsed in s."""
-    document = {
-        "body": {"moments": list(moments), "unit": "kg m2"},
-        "frame": "INERTIAL",
-        "attitude": {"quaternion": [1, 0, 0, 0], "order": "wxyz"},
-        "angular_velocity": quantity(list(rate), "rad/s"),
-        "times": {"elapsed": [float(t) for t in elapsed], "unit": "s"},
-        "effects": list(effects),
-        "tolerance": quantity(tolerance, "rad"),
-    }
-    return Scene.model_validate(document | more)
-
-
-def orbit(a=7e6, **more):
-    """About the Earth, in the plane z = 0 and at x, towards y, at the epoch, if not said otherwise."""
-    return {"semi_major_axis": quantity(a, "m"), **more}
+# rad: how far SciPy's answer at rtol 1e-12 may be from a solver's after tens of radians.
+AGREEMENT = 1e-10
 
 
 def instant_torque(effect, **more):
@@ -155,10 +132,6 @@ def test_tilted_dipole_that_turns_with_the_earth_agrees_with_scipy():
 
 def sunlight(*plates, **more):
     return {"type": "solar_pressure", "plates": list(plates), "sun": {"direction": [1, 0, 0]}, **more}
-
-
-def plate(area, normal, centre, **more):
-    return {"area": quantity(area, "m2"), "normal": normal, "centre": quantity(centre, "m"), **more}
 
 
 @pytest.mark.parametrize(
@@ -344,6 +317,42 @@ def test_drag_on_an_eccentric_orbit_agrees_with_scipy():
         return total
 
     agrees(run, torque)
+
+
+# Several effects of one kind
+
+FACING = plate(3.0, [0, 1, 0], [0.0, 0.0, 0.5])
+THIN = {"type": "drag", "plates": [FACING], "density": quantity(1e-12, "kg/m3")}
+TABLE = {"altitudes": quantity([300, 900], "km"), "densities": quantity([1e-11, 1e-14], "kg/m3")}
+LIT = sunlight(plate(2.0, [1, 0, 0], [0.0, 1.5, 0.4]), shadow=False)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (THIN, THIN | {"density": TABLE}),
+        (
+            THIN | {"density": TABLE},
+            THIN
+            | {
+                "density": {"altitudes": TABLE["altitudes"]}
+                | {"densities": quantity([3e-11, 1e-12], "kg/m3")}
+            },
+        ),
+        (LIT, LIT | {"shadow": "conical", "plates": [plate(1.0, [2, 1, 0], [0.3, 0.0, 0.2], specular=0.5)]}),
+        (
+            {"type": "magnetic_dipole", "dipole": quantity([2, 0, 0], "A m2"), "field": FIELD},
+            {"type": "magnetic_dipole", "dipole": quantity([1, 0, 3], "A m2")},
+        ),
+    ],
+    ids=["constant and table", "tables", "light", "fields"],
+)
+def test_torques_of_two_effects_of_one_kind_add(one, other):
+    torque = [instant_torque(effect, orbit=orbit()) for effect in (one, other)]
+    document = scene(one, other, elapsed=(-0.01, 0.01), tolerance=1e-9, orbit=orbit())
+    momentum = document.run().angular_momentum
+    assert min(np.abs(each).max() for each in torque) > 0.0
+    assert (momentum[1] - momentum[0]) / 0.02 == pytest.approx(sum(torque), rel=1e-6, abs=1e-13)
 
 
 # Constant torque

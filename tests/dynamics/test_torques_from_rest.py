@@ -8,7 +8,7 @@ from attitude.effects import UserTorque
 from attitude.problem.spin_bound import reached_spin
 from attitude.scene.simulation import resolve
 from tests.dynamics.at_rest import EFFECTS, differences, random_scene
-from tests.dynamics.test_torques_effects import orbit, plate, quantity, scene
+from tests.dynamics.scenes import orbit, plate, quantity, scene
 
 EDDIES = {"type": "eddy_damping", "coefficient": 0.05, "unit": "N m s"}
 WHEELS = {"type": "wheels", "momentum": quantity([0.0, 0.3, 0.4], "N m s")}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.dynamics.motions import angle, matrix
-from tests.dynamics.test_torques_effects import MOMENTS, quantity, scene
+from tests.dynamics.scenes import MOMENTS, quantity, scene
 
 RATE = (0.3, -0.5, 0.4)
 FIRINGS = (

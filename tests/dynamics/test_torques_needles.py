@@ -9,10 +9,11 @@ from attitude.dynamics.batch_states import TorqueProblem
 from attitude.oracle.torque_motion import TorqueMotion
 from attitude.scene.simulation import resolve
 from attitude.times.instants import as_instants
+from tests.dynamics import scenes
 from tests.dynamics.at_rest import direction
 from tests.dynamics.motions import angle
+from tests.dynamics.scenes import quantity
 from tests.dynamics.test_batches import bodies_of
-from tests.dynamics.test_torques_effects import quantity
 
 ATTITUDE = (0.8, 0.2, 0.4, 0.4)
 SPAN = 600.0
@@ -45,15 +46,9 @@ NEARLY = {
 
 
 def document(moments, rate, effect, tolerance):
-    return {
-        "body": {"moments": list(moments), "unit": "kg m2"},
-        "frame": "INERTIAL",
-        "attitude": {"quaternion": list(ATTITUDE), "order": "wxyz"},
-        "angular_velocity": quantity(list(rate), "rad/s"),
-        "times": {"elapsed": [0.0, SPAN], "unit": "s"},
-        "effects": [effect],
-        "tolerance": quantity(tolerance, "rad"),
-    }
+    return scenes.document(
+        effect, moments=moments, rate=rate, elapsed=(0.0, SPAN), tolerance=tolerance, q=ATTITUDE
+    )
 
 
 def truth(moments, rate, torque):

@@ -10,7 +10,7 @@ from attitude import TorqueFreeMotion
 from attitude.effects import UserTorque
 from attitude.kernels.layout import EffectCode
 from tests.dynamics.motions import Rows, angle, initial_state, integrate_arc, kepler
-from tests.dynamics.test_torques_effects import scene as users_scene
+from tests.dynamics.scenes import scene as users_scene
 
 RATE, ATTITUDE = np.array([0.3, -0.5, 0.6]), (0.1, -0.7, 0.5, 0.5)
 SYMMETRIC, TRIAXIAL = (2.0, 2.0, 1.2), (2.0, 3.0, 4.0)

@@ -12,7 +12,8 @@ from attitude import AttitudeWarning, InputError, Scene, ToleranceError
 from attitude.dynamics import solver_cost
 from attitude.dynamics.step_selection import MAX_RADIANS
 from tests.dynamics.motions import angle
-from tests.dynamics.test_torques_effects import MOMENTS, MU, orbit, quantity, scene
+from tests.dynamics.scenes import MOMENTS, orbit, quantity, scene
+from tests.dynamics.test_torques_effects import MU
 
 RATE = (0.03, -0.05, 0.04)
 T = np.linspace(0.0, 600.0, 7)
@@ -187,14 +188,6 @@ def test_nothing_is_dropped_by_default():
     tiny = scene(constant([1e-30, 0, 0]), rate=RATE, elapsed=T)
     assert tiny.plan().effects[0].simulated
     assert tiny.run().plan.solver != scene(rate=RATE, elapsed=T).run().plan.solver
-
-
-@pytest.mark.parametrize("drop_below", [0.0, -1.0, math.inf, math.nan, "1e-5"])
-def test_threshold_that_is_no_angle_is_refused(drop_below):
-    made = scene(constant([1e-10, 0, 0]), rate=RATE, elapsed=T)
-    for ask in (made.plan, made.run):
-        with pytest.raises(InputError, match=r"drop_below.*an angle in rad, above 0"):
-            ask(drop_below=drop_below)
 
 
 def test_influence_is_never_below_what_leaving_out_changes():

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.dynamics.test_torques_effects import quantity, scene
+from tests.dynamics.scenes import quantity, scene
 
 RATE = (0.3, -0.5, 0.4)
 GRAVITY = {"type": "uniform_gravity", "acceleration": quantity([0, 0, -9.81], "m/s2")}

@@ -10,7 +10,7 @@ from numba import cfunc, types
 from attitude import AttitudeError, InputError
 from attitude.effects import UserTorque
 from tests.dynamics.motions import angle, matrix
-from tests.dynamics.test_torques_effects import quantity, scene
+from tests.dynamics.scenes import quantity, scene
 
 T = np.array([0.02, -0.01, 0.015])
 RATE = (0.3, -0.5, 0.4)

@@ -6,7 +6,7 @@ from mpmath import mp
 
 from attitude.oracle.torque_motion import TorqueMotion
 from attitude.oracle.truth import attitude_error, rate_error
-from tests.dynamics.test_torques_effects import quantity, scene
+from tests.dynamics.scenes import quantity, scene
 from tests.oracles.damped_and_driven import damped_rate, damped_sphere, spun_up
 
 ONE = (1.0, 0.0, 0.0, 0.0)
