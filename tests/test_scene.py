@@ -24,7 +24,7 @@ from attitude import (
     ToleranceError,
     TorqueFreeMotion,
 )
-from attitude.scene import document_parts
+from attitude.scene import Times, document_parts
 from attitude.scene.builtin_scenes import builtin_names
 from attitude.times.instants import Instants
 from tests.bodies import ATTITUDE, ATTITUDE_TOLERANCE
@@ -676,3 +676,18 @@ def test_manoeuvre_that_is_left_out_is_in_the_notes_of_plan_and_ephemeris():
     assert not before.effects
     assert before.plan().notes == (note,)
     assert before.run().plan.notes == (note,)
+
+
+@pytest.mark.parametrize("deep", [False, True])
+def test_copy_with_other_fields_keeps_nothing_of_the_fields_before(deep):
+    grid = Times(start=0, stop=10, count=3, unit="s")
+    assert grid.samples == 3
+    assert grid.model_copy(update={"count": 6}, deep=deep).samples == 6
+    one, other = (
+        Scene.model_validate(changed(uncertainty={"attitude": quantity([sigma] * 3, "deg")}))
+        for sigma in (1, 2)
+    )
+    covariance = one.run().covariance
+    copied = one.model_copy(update={"uncertainty": other.uncertainty}, deep=deep)
+    assert np.array_equal(copied.run().covariance, other.run().covariance)
+    assert np.array_equal(one.run().covariance, covariance)
