@@ -50,7 +50,7 @@ def predict(problem: TorqueProblem, candidate: Candidate) -> Prediction:
     while True:
         refined, before = _solved(problem, candidate, part), work
         # steps made, of those that the candidate expects in the whole span; none in a span of no length
-        work = refined.steps * candidate.step / span if span else 0.0
+        work = refined.steps * min(candidate.step, span) / span if span else 0.0
         work = part if candidate.ends_at_edges else work
         if before:
             growth = max(1.0, math.log(work / before, NEXT_PART))

@@ -105,7 +105,7 @@ def candidate_of(problem: TorqueProblem, body: Bodies, wants_dense: bool = True)
     arc, added = _fastest_arc(problem, body)
     spinning = replace(body, rate=rates_after(body, added)) if added.any() else body
     rate = float(max_angular_rates(problem.template, spinning, arc.torques)[0])
-    if rate == 0.0 or span == 0.0:
+    if rate == 0.0 or span / MIN_STEPS == 0.0:  # of no length, or of one that no double divides
         return Candidate(max(span, 1.0), LEAST_DECAY)
     edges = edges_per_turn(problem.torques)
     if edges:
