@@ -46,12 +46,14 @@ def partials(inputs: SimulationInputs, instants: Instants, inertia: str = "momen
         turns, rates = (one.reshape(12, len(STEPS), -1, 3) for one in moved[:2])
         angles = np.linalg.norm(turns[:, -1] - turns[:, 0], axis=-1).max(axis=-1)
         spread = np.linalg.norm(rates[:, -1] - rates[:, 0], axis=-1).max(axis=-1) / moved[2]
-        size = np.maximum(angles, spread) / 2.0
+        # far from linear, changes of either sign may lead to one state: each counts against no change, too
+        alone = np.linalg.norm(turns, axis=-1).max(axis=(1, 2))
+        size = np.maximum(np.maximum(angles, spread), alone) / 2.0
         # an input that moves nothing (a moment of a body at rest) keeps its step
         ratio = np.where(size > 0.0, STEP_ANGLE / np.maximum(size, 1e-12), 1.0)
         if (ratio > 1.0 / MAX_RATIO).all():
             break
-        steps = steps * np.clip(ratio, 1e-3, 1e3)
+        steps = np.minimum(steps * np.clip(ratio, 1e-3, 1e3), greatest_steps(state, inertia))
     else:
         raise RegimeError(
             "partials: the motion is too sensitive to its inputs for differences; ask for a shorter span"
@@ -62,19 +64,24 @@ def partials(inputs: SimulationInputs, instants: Instants, inertia: str = "momen
 
 def first_steps(state: InitialState, instants: Instants, inertia: str) -> np.ndarray:
     """(12,) steps of the inputs, by the derivatives of free motion over the span; rad, rad/s, kg m2."""
-    tensor = state.body.tensor
-    moment, longest = float(np.abs(tensor).max()), max(1e-12, instants.max_abs_seconds)
+    longest = max(1e-12, instants.max_abs_seconds)
     batch = Batch(state.body, np.asarray(state.attitude), np.asarray(state.rate), ())
     ends = np.array([-longest, 0.5 * longest, 0.7 * longest, longest])
     try:
         free = np.abs(batch.partials(Instants(ends, None, None), inertia).matrix)[:, :3].max(axis=(0, 1))
     except RegimeError:
         free = np.zeros(12)
+    sensitivity = np.maximum(free, np.array([1.0] * 3 + [longest] * 3 + [0.0] * 6))
+    return np.minimum(greatest_steps(state, inertia), 0.5 * STEP_ANGLE / np.maximum(sensitivity, 1e-300))
+
+
+def greatest_steps(state: InitialState, inertia: str) -> np.ndarray:
+    """(12,) steps that leave a body, however little an input matters; rad, rad/s, kg m2."""
+    moment = float(np.abs(state.body.tensor).max())
     greatest = np.array([0.1] * 3 + [np.inf] * 3 + [1e-2 * moment] * 6)
     if inertia == "moments":
         greatest[6:9], greatest[9:] = 1e-2 * state.body.moments, 0.1
-    sensitivity = np.maximum(free, np.array([1.0] * 3 + [longest] * 3 + [0.0] * 6))
-    return np.minimum(greatest, 0.5 * STEP_ANGLE / np.maximum(sensitivity, 1e-300))
+    return greatest
 
 
 def responses(

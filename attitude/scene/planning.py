@@ -264,15 +264,16 @@ def of_effect(
     torque: CachedTorque | None,
     initial_state: InitialState,
     spin: Spin,
-    drop_below: float | None,
+    neglect: tuple[float | None, float],
 ) -> EffectPlan:
     """Whether an effect of a scene is simulated, and why.
 
     torque : that it exerts, on a body that never turns faster than `spin`; None for one that exerts none
+    neglect : `drop_below`, rad, and `growth`, as of `simulation.resolve`
     """
     effect, field = scene.effects[index], f"effects[{index}]"
     if torque is not None:
-        return of_torque(torque, field, initial_state, scene.asked_tolerance, drop_below, spin)
+        return of_torque(torque, field, initial_state, scene.asked_tolerance, neglect, spin)
     if effect.ACTS_ON == "translation":
         return of_gravity(effect, field, scene, initial_state)
     return EffectPlan(field, effect.label, True, "instants", effect.REASON)
@@ -295,7 +296,7 @@ def of_torque(
     field: str,
     initial_state: InitialState,
     tolerance: float,
-    drop_below: float | None,
+    neglect: tuple[float | None, float],
     spin: Spin,
 ) -> EffectPlan:
     """Whether a torque is simulated, by its size against the motion and the span."""
@@ -314,7 +315,8 @@ def of_torque(
 
     if size == 0.0:
         return make(False, "its torque is zero for this body and state, at every instant of the span")
-    if drop_below is not None and influence < drop_below:
+    drop_below, growth = neglect
+    if drop_below is not None and influence * growth < drop_below:
         return make(False, f"as asked, less than {drop_below:.1e} rad over the span")
     model = effect.summary(initial_state)
     return make(True, f"{effect.REASON}; {model}" if model else effect.REASON)

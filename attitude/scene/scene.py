@@ -78,10 +78,10 @@ class Scene(SceneDocument):
 
         drop_below : rad; torques whose influence over the span stays below are left out, and the plan says so
         """
-        from . import simulation
+        from . import neglect, simulation
 
         _check_drop(drop_below)
-        return simulation.plan(simulation.resolve(self, drop_below))
+        return simulation.plan(neglect.resolve(self, drop_below))
 
     def run(
         self,
@@ -104,9 +104,9 @@ class Scene(SceneDocument):
             motion = self.motion()
             ephemeris = motion.ephemeris(self.times.build(motion.epoch), rate=True, name=self.name)
         else:
-            from . import perturbed_bodies, simulation
+            from . import neglect, perturbed_bodies, simulation
 
-            inputs = simulation.resolve(self, drop_below)
+            inputs = neglect.resolve(self, drop_below)
             ephemeris = simulation.run(inputs, check)
             if ephemeris.sensitivity is None:
                 ephemeris = replace(ephemeris, sensitivity=partial(perturbed_bodies.partials, inputs))
@@ -139,9 +139,9 @@ class Scene(SceneDocument):
         if self.is_plain:
             motion = self.motion().bounded(start, stop)
         else:
-            from . import bounded_simulation, simulation
+            from . import bounded_simulation, neglect
 
-            motion = bounded_simulation.bounded(simulation.resolve(self, drop_below), (start, stop), check)
+            motion = bounded_simulation.bounded(neglect.resolve(self, drop_below), (start, stop), check)
         orbit = self.ephemeris_orbit()
         surrounded = replace(motion, at=lambda instants: self.with_surroundings(motion.at(instants), orbit))
         return find_windows(surrounded, parsed, width, self.name, progress)

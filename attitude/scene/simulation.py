@@ -145,10 +145,11 @@ class SimulationInputs:
 
 
 def resolve(
-    scene: SceneDocument, drop_below: float | None = None, any_body: bool = False
+    scene: SceneDocument, drop_below: float | None = None, any_body: bool = False, growth: float = 1.0
 ) -> SimulationInputs:
     """What of a scene is simulated; with `drop_below` (rad) without torques that matter less.
 
+    growth : by which the motion multiplies what a torque makes of a body at rest (`neglect.growth`)
     any_body : with torques that are zero for the scene's own body but may not be for another
     """
     begun = perf_counter()
@@ -162,7 +163,7 @@ def resolve(
     kicks = applied_impulses(scene.effects, initial_state)
     spin = reached_spin(initial_state, torque_of.values(), kicks)
     plans = [
-        planning.of_effect(scene, i, torque_of.get(i), initial_state, spin, drop_below)
+        planning.of_effect(scene, i, torque_of.get(i), initial_state, spin, (drop_below, growth))
         for i in range(len(scene.effects))
     ]
     used = [

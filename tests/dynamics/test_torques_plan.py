@@ -177,6 +177,29 @@ def test_torques_below_the_threshold_are_dropped_and_the_others_not():
     assert 1e-8 < apart < dropped[0].influence < 1e-5
 
 
+PUSHED = {"type": "impulse", "time": quantity(5.0, "s"), "frame": "body"} | {
+    "angular_impulse": quantity([0.0, 10.0, 0.0], "N m s")
+}
+# A spin about the middle axis from the epoch on; after an impulse; and one that goes back in time.
+UNSTABLE = {
+    "free": ((1e-6, 0.7, 1e-6), [], np.linspace(0.0, 200.0, 201)),
+    "after an impulse": ((1e-6, 0.0, 1e-6), [PUSHED], np.linspace(0.0, 200.0, 201)),
+    "backwards": ((1e-6, 0.7, 1e-6), [], np.linspace(-200.0, 0.0, 201)),
+}
+
+
+@pytest.mark.parametrize(("rate", "others", "elapsed"), UNSTABLE.values(), ids=UNSTABLE)
+def test_a_torque_that_an_unstable_motion_multiplies_is_not_dropped(rate, others, elapsed):
+    """At rest it would turn the body by 2.8e-7 rad; here by 0.08 rad and more."""
+    made = scene(constant([1e-10, 0, 1e-10]), *others, rate=rate, elapsed=elapsed, tolerance=1e-5)
+    alone = scene(*others, rate=rate, elapsed=elapsed).run()
+    whole, run = made.run(), made.run(drop_below=1e-5)
+    assert angle(whole.quaternion("wxyz").T, alone.quaternion("wxyz").T) > 1e-2
+    assert made.plan(drop_below=1e-5).effects[0].influence < 1e-5
+    assert run.plan.left_out == ()
+    assert run.quaternion("wxyz").tobytes() == whole.quaternion("wxyz").tobytes()
+
+
 def test_all_torques_dropped_leave_the_closed_form_to_the_bit():
     free = scene(rate=RATE, elapsed=T).run()
     run = scene(constant([1e-10, 0, 0]), rate=RATE, elapsed=T).run(drop_below=1e-5)

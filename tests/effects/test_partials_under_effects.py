@@ -196,6 +196,19 @@ def test_partials_under_effects_are_differences_of_another_integrator(effects, k
     assert (np.abs(computed - expected).max(axis=(-1, -2)) <= TOLERANCE * size).all()
 
 
+def test_partials_after_an_impulse_that_starts_an_unstable_spin_are_those_of_the_free_motion_from_then_on():
+    """Nearly at rest before it; changes far from linear, of either sign, lead to one attitude at the end."""
+    kick = {"type": "impulse", "time": {"value": 1e-9, "unit": "s"}, "frame": "body"}
+    kick["angular_impulse"] = vector([0.0, 10.0, 0.0], "N m s")
+    body = {"body": {"moments": [10.0, 14.0, 17.0], "unit": "kg m2"}}
+    rate = {"angular_velocity": vector([1e-6, 0.0, 1e-6], "rad/s")}
+    seconds = {"times": {"elapsed": [20.0, 80.0], "unit": "s"}}
+    computed = scene(**body, **rate, **seconds, effects=[kick]).run().partials().by_rate
+    rate["angular_velocity"]["value"][1] = 10.0 / 14.0
+    expected = scene(**body, **rate, **seconds, effects=[]).run().partials().by_rate
+    assert np.abs(computed - expected).max() <= 1e-6 * np.abs(expected).max()
+
+
 def test_of_a_torque_too_weak_to_matter_differences_give_the_closed_form():
     weak = {"type": "constant_torque", "torque": vector([1e-15, 0.0, 0.0], "N m"), "frame": "body"}
     forced, free = scene(effects=[weak]).run().partials().matrix, scene().run().partials().matrix
