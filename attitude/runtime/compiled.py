@@ -6,13 +6,14 @@ attitude/runtime/__init__.py describes the way from a kernel's source to a call.
 from __future__ import annotations
 
 import ctypes
+from concurrent.futures import ThreadPoolExecutor
 from itertools import repeat
 from threading import RLock
 from typing import Any
 
 import numpy as np
 
-from . import kernel_cache
+from . import kernel_cache, threads
 from .signature import ELEMENTS, Signature
 
 LETTERS = {dtype: letter for letter, dtype in ELEMENTS.items()}
@@ -140,7 +141,7 @@ WINGS = [
     ],
     [[OF_TENSORS]],
     [signatures(invariants)],
-    [signatures(partials)],
+    [[signature] for signature in signatures(partials)],
     [signatures(momentum_times)],
     [signatures(collocate)],
     [signatures(march)],
@@ -157,9 +158,10 @@ def compiled_with(signature: Signature) -> list[list[Signature]]:
 
 
 def compile_all() -> int:
-    """Compiles all missing kernels; returns their number."""
-    with _lock:
-        return sum(map(kernel_cache.compile_missing, WINGS))
+    """Compiles all missing kernels, as many groups at once as there are processors; returns their number."""
+    groups = [[group] for wing in WINGS for group in wing]
+    with _lock, ThreadPoolExecutor(threads.processors()) as pool:
+        return sum(pool.map(kernel_cache.compile_missing, groups))
 
 
 def loaded() -> set[Signature]:
