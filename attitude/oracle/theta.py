@@ -35,6 +35,7 @@ from .exact import (
 )
 
 GUARD_DIGITS = 25
+DIGITS_STEP = 16  # working digits are multiples of it: instants near and far share a motion's constants
 
 
 def attitude_and_rate(moments, omega, q0, t, digits=50):
@@ -84,7 +85,7 @@ class Motion:
     def at(self, t, q0):
         """Attitude and rate at t, as in `attitude_and_rate`."""
         t = elapsed(t)
-        with mp.workdps(self.working_digits(t)):
+        with mp.workdps(-(-self.working_digits(t) // DIGITS_STEP) * DIGITS_STEP):
             turn, omega = self.turn_and_rate(t)
             return multiply(normalised(q0), turn), omega
 
