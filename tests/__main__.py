@@ -16,7 +16,8 @@ COMPILE = "from attitude.runtime import compiled; compiled.compile_all()"
 PLUGINS = ("-p", "xdist", "-p", "anyio", "-p", "hypothesispytest")
 ENVIRONMENT = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 PYTEST = ("-m", "pytest", "-q", "-rs", *PLUGINS)
-WORKERS = ("-n", str(min(os.cpu_count() or 1, 8)), "--dist", "worksteal")
+# One more than processors: a fifth of the time a worker waits, for servers and other processes of its tests.
+WORKERS = ("-n", str(min((os.cpu_count() or 1) + 1, 8)), "--dist", "worksteal")
 NO_TESTS = 5  # of those that the arguments select
 
 STAGES = (
