@@ -93,17 +93,12 @@ def test_scene_is_run_from_standard_input(answer, written, monkeypatch):
 
 
 @pytest.mark.parametrize("format", ["ecsv", "csv", "json"])
-def test_every_format_goes_to_standard_output(format, answer, written):
-    expected = (0, written(TOUTATIS, format), "")
-    assert answer("run", "toutatis", "-f", format) == expected
-    assert answer("run", "toutatis", "-o", "-", "--format", format.upper()) == expected
-
-
-@pytest.mark.parametrize("format", ["ecsv", "csv", "json"])
-def test_file_is_written_in_the_format_of_its_ending(format, answer, written, tmp_path):
-    path = tmp_path / f"out.{format}"
+def test_every_format_goes_to_standard_output_and_to_a_file_of_its_ending(format, answer, written, tmp_path):
+    content, path = written(TOUTATIS, format), tmp_path / f"out.{format}"
+    assert answer("run", "toutatis", "-f", format) == (0, content, "")
+    assert answer("run", "toutatis", "-o", "-", "--format", format.upper()) == (0, content, "")
     assert answer("run", "toutatis", "-o", path) == (0, b"", "")
-    assert path.read_bytes() == written(TOUTATIS, format)
+    assert path.read_bytes() == content
 
 
 def test_format_named_wins_over_the_ending(answer, written, tmp_path):

@@ -39,29 +39,3 @@ def test_scene_is_imported_when_it_is_asked_for():
 def test_name_that_is_none_is_pythons_own_error():
     with pytest.raises(AttributeError, match="module 'attitude' has no attribute 'Sene'"):
         _ = attitude.Sene
-
-
-def test_names_can_be_found_by_completion():
-    assert set(attitude.__all__) <= set(dir(attitude))
-
-
-MEMBERS = {
-    "RigidBody": "axes from_moments moments shape tensor",
-    "TorqueFreeMotion": "angular_momentum at body constants epoch frame kinetic_energy mean_precession_rate "
-    "nutation_range polhode_period regime shape",
-    "Ephemeris": "angular_momentum angular_velocity body elapsed epoch frame kinetic_energy name quaternion "
-    "read rotation shape time to_table write",
-    "Scene": "builtin from_json model_validate motion read run to_json",
-}
-
-
-@pytest.mark.parametrize(("kind", "names"), MEMBERS.items(), ids=MEMBERS)
-def test_members_users_type_are_there(kind, names):
-    motion = attitude.TorqueFreeMotion(attitude.RigidBody((1, 2, 2.5)), (1, 0, 0, 0), (1, 2, 3), order="wxyz")
-    instances = {
-        "RigidBody": motion.body,
-        "TorqueFreeMotion": motion,
-        "Ephemeris": motion.at([0.0]),
-        "Scene": Scene.builtin("toutatis"),
-    }
-    assert not [name for name in names.split() if name not in dir(instances[kind])]
