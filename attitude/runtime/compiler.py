@@ -78,7 +78,7 @@ def target_machine(processor: str | None) -> Any:
     """The target of code that is linked, for a named processor, or that is loaded by this processor.
 
     LLVM uses half of AVX-512 by default, for the sake of code that is mostly scalar; loops over samples
-    are a third faster in whole vectors (measured by tests/benchmarks/figures.py speed).
+    are a third faster in whole vectors (measured by tests/benchmarks/test_speed.py).
     """
     target = llvm.Target.from_triple(llvm.get_process_triple())
     widest = "-prefer-256-bit" if target.triple.startswith("x86_64") else ""

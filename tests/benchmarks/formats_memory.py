@@ -14,6 +14,8 @@ import time
 
 import numpy as np
 
+from tests.benchmarks.serving import resident
+
 FORMATS = ("arrow", "arrows", "parquet", "fits", "npz", "ecsv", "csv", "ndjson", "json")
 SCENES = ("thruster-plan", "gyrostat", "drop")
 COUNT = 10_000_000
@@ -34,13 +36,6 @@ def lazy(count):
     return Samples(count, lambda a, b: motion.ephemeris(grid.part(a, b, epoch), rate=True))
 
 
-def resident(field):
-    """MiB: VmRSS now, or VmHWM, the most since the process began."""
-    with open("/proc/self/status") as status:
-        (line,) = (line for line in status if line.startswith(field))
-    return int(line.split()[1]) / 1024
-
-
 def measure(format, count):
     """(MiB that the process grew by, seconds) of writing so many instants."""
     from attitude import formats
@@ -49,9 +44,9 @@ def measure(format, count):
     formats.write(lazy(10), "/dev/null", format)  # what the format rests on is imported
     samples = lazy(count)
     samples.chunk(0, min(CHUNK_INSTANTS, count))
-    before, begun = resident("VmRSS"), time.perf_counter()
+    before, begun = resident("self"), time.perf_counter()
     formats.write(samples, "/dev/null", format)
-    return resident("VmHWM") - before, time.perf_counter() - begun
+    return resident("self", "VmHWM") - before, time.perf_counter() - begun
 
 
 def with_effects(name, count):
@@ -62,9 +57,9 @@ def with_effects(name, count):
     times = {name: document["times"][name] for name in ("start", "stop", "unit")}
     few, many = (Scene.from_json(json.dumps(document | {"times": times | {"count": n}})) for n in (10, count))
     few.write("/dev/null", "csv")
-    before, begun = resident("VmRSS"), time.perf_counter()
+    before, begun = resident("self"), time.perf_counter()
     many.write("/dev/null", "csv")
-    return resident("VmHWM") - before, time.perf_counter() - begun
+    return resident("self", "VmHWM") - before, time.perf_counter() - begun
 
 
 def main(count):

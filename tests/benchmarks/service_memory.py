@@ -28,6 +28,7 @@ from hostile import BOX, CONSTANT, FIRINGS, HOSTILE, MANY, drop, free, torques
 from running import Running
 
 from attitude.formats.registry import FORMATS
+from tests.benchmarks.serving import forget_peak, resident
 
 CLIENTS, SAMPLES = 16, 1_000_000
 DATED = free(epoch={"time": "2026-01-01T00:00:00", "scale": "utc"}, times=MANY, frame="EME2000")
@@ -65,14 +66,6 @@ LARGE = {
 }
 
 
-def status(pid, field):
-    """MiB of VmRSS, or of VmHWM, the most since it was reset."""
-    (line,) = (
-        line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith(field)
-    )
-    return int(line.split()[1]) / 1024
-
-
 def processor_seconds(pid):
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / 100
@@ -98,14 +91,14 @@ def format_under_clients(name, clients, count):
     document = DATED | {"times": MANY | {"count": count}}
     with Running(threads=2, max_seconds=300) as running:
         pid, told, body = running.process.pid, [], json.dumps(document)
-        before, spent_before = status(pid, "VmRSS"), processor_seconds(pid)
+        before, spent_before = resident(pid), processor_seconds(pid)
         arguments = running.address, f"{EPHEMERIS}?format={name}", body, told, pid
         threads = [threading.Thread(target=asked, args=arguments) for _ in range(clients)]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
-        peak, after = (status(pid, field) for field in ("VmHWM", "VmRSS"))
+        peak, after = (resident(pid, field) for field in ("VmHWM", "VmRSS"))
         statuses = dict(Counter(outcome for outcome, *_ in told))
         first, spent, last = (max(each[k] for each in told if each[0] == 200) for k in (1, 2, 3))
         size = max(size for *_, size in told) / 1e6
@@ -127,8 +120,8 @@ def documents(words):
         pid = running.process.pid
         for name, (path, document) in chosen.items():
             body, told = json.dumps(document), []
-            Path(f"/proc/{pid}/clear_refs").write_text("5")  # VmHWM begins anew
-            before, spent, begun = status(pid, "VmRSS"), processor_seconds(pid), time.monotonic()
+            forget_peak(pid)
+            before, spent, begun = resident(pid), processor_seconds(pid), time.monotonic()
             asked(running.address, path, body, told, pid)
             while "attitude_threads_busy 0.0" not in running.get("/metrics")[2].decode():
                 time.sleep(0.02)
@@ -136,7 +129,7 @@ def documents(words):
             print(
                 f"{name:45} {len(body) / 1e6:5.2f} MB  {outcome}  {time.monotonic() - begun:6.2f} s"
                 f"  {processor_seconds(pid) - spent:6.2f} s of processors"
-                f"  +{status(pid, 'VmHWM') - before:4.0f} MiB  {size / 1e6:6.2f} MB answered",
+                f"  +{resident(pid, 'VmHWM') - before:4.0f} MiB  {size / 1e6:6.2f} MB answered",
                 flush=True,
             )
 

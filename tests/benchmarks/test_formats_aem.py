@@ -13,13 +13,13 @@ writes this content as XML, not as KVN.
 
 import io
 import os
-import statistics
 import subprocess
 import time
 
 import numpy as np
 import pytest
 from astropy.time import Time
+from test_speed import in_turns
 
 from attitude import Ephemeris, RigidBody, TorqueFreeMotion
 from attitude.formats import interpolation_nodes
@@ -93,17 +93,10 @@ def brahe_alone(text):
     return pytest.importorskip("brahe.ccsds").AEM.from_str(text)
 
 
-def in_turns(works):
-    """Median seconds of processor time of each, taken in turns after a warm-up of each."""
-    for work in works.values():
-        work()
-    runs = {name: [] for name in works}
-    for _ in range(REPEATS):
-        for name, work in works.items():
-            start = time.process_time()
-            work()
-            runs[name].append(time.process_time() - start)
-    return {name: statistics.median(run) for name, run in runs.items()}
+def busy_in_turns(works):
+    """Median seconds of processor time of each."""
+    seconds = in_turns(*works.values(), repeats=REPEATS, clock=time.process_time)
+    return dict(zip(works, seconds, strict=True))
 
 
 def report(what, seconds):
@@ -131,7 +124,7 @@ def test_read(syntax, ephemeris):
         "brahe, text": lambda: brahe_alone(text),
         "brahe, arrays": lambda: brahe(text),
     }
-    ratios = report(f"read {syntax}", in_turns(works))
+    ratios = report(f"read {syntax}", busy_in_turns(works))
     for name, least in READ_RATIOS[syntax].items():
         assert ratios[name] >= least, name
 
@@ -155,7 +148,7 @@ def test_write(syntax, ephemeris):
         "ccsds-ndm-py, arrays": from_arrays,
         "brahe, objects": lambda: third.to_string(syntax.upper()),
     }
-    ratios = report(f"write {syntax}", in_turns(works))
+    ratios = report(f"write {syntax}", busy_in_turns(works))
     for name, least in WRITE_RATIOS[syntax].items():
         assert ratios[name] >= least, name
 
@@ -165,7 +158,7 @@ def test_file(ephemeris, motion, tmp_path):
     path = tmp_path / "a.aem"
     instants = np.arange(COUNT) * 0.1
     works = {"write": lambda: motion.at(instants).write(path), "read": lambda: Ephemeris.read(path)}
-    for what, spent in in_turns(works).items():
+    for what, spent in busy_in_turns(works).items():
         print(f"\n    file: {what:5} {COUNT / spent:12,.0f} records/s", end="")
         assert COUNT / spent >= LEAST_RATE
     assert np.array_equal(Ephemeris.read(path).quaternion("xyzw"), ephemeris.quaternion("xyzw"))
@@ -181,7 +174,7 @@ def test_against_python(ephemeris, tmp_path):
     content = path.read_bytes()  # which it has written
     assert np.array_equal(read(content, "xml")[0], part.quaternion("xyzw"))
     works = {"read": lambda: read(content, "xml"), "written": lambda: written(part, "xml")}
-    ours = [seconds / len(part) for seconds in in_turns(works).values()]
+    ours = [seconds / len(part) for seconds in busy_in_turns(works).values()]
     for what, spent, its in zip(works, ours, theirs, strict=True):
         print(
             f"\n    {what}: {1 / spent:,.0f} records/s, ccsds-ndm {1 / its:,.0f}: {its / spent:.0f} x", end=""

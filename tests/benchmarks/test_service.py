@@ -28,6 +28,7 @@ from serving import (
     resident,
     serving,
 )
+from test_speed import in_turns
 
 from attitude import Scene
 from attitude.formats import columnar
@@ -62,20 +63,8 @@ def connection(server):
     connection.close()
 
 
-def in_turns(*works):
-    """Median seconds of each, after one turn of each that is not counted."""
-    runs = []
-    for _ in range(REPEATS + 1):
-        runs.append([])
-        for work in works:
-            begun = time.perf_counter()
-            work()
-            runs[-1].append(time.perf_counter() - begun)
-    return [statistics.median(run[i] for run in runs[1:]) for i in range(len(works))]
-
-
 def compare(what, whole, alone, reach):
-    seconds, by_library = in_turns(whole, alone)
+    seconds, by_library = in_turns(whole, alone, repeats=REPEATS)
     ratio = seconds / by_library
     report(what, f"{1e3 * seconds:.1f} / {1e3 * by_library:.1f} ms", f"<= {reach}")
     report("    ratio", f"{ratio:.2f}", f"<= {reach}")

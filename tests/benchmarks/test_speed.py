@@ -27,17 +27,17 @@ BRANCHES = {"theta": (0.3, 0.4, 0.5), "beside the separatrix": (1e-6, 1.0, 1e-6)
 REPEATS = 21
 
 
-def seconds_of(work):
-    start = time.perf_counter()
+def seconds_of(work, clock=time.perf_counter):
+    start = clock()
     work()
-    return time.perf_counter() - start
+    return clock() - start
 
 
-def in_turns(*works, repeats=REPEATS):
+def in_turns(*works, repeats=REPEATS, clock=time.perf_counter):
     """Median seconds of each, taken in turns after a warm-up of each."""
     for work in works:
         work()
-    runs = [[seconds_of(work) for work in works] for _ in range(repeats)]
+    runs = [[seconds_of(work, clock) for work in works] for _ in range(repeats)]
     return [statistics.median(run[i] for run in runs) for i in range(len(works))]
 
 
@@ -45,6 +45,24 @@ def report(benchmark, figure, reach):
     """Kept with the benchmark's record, and printed."""
     benchmark.extra_info.update(figure=figure, reach=reach)
     print(f"\n    {figure:.3g} (to reach: {reach})")
+
+
+# For programs in processes of their own: MiB of them now, or the most since `forget`.
+RESIDENT = """
+import re
+from pathlib import Path
+def resident(which):
+    return int(re.search(which + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1]) / 1024
+def forget():
+    Path("/proc/self/clear_refs").write_text("5")
+"""
+
+
+def printed(program, *arguments):
+    """The numbers that a program prints, in a process of its own."""
+    run = [sys.executable, "-c", RESIDENT + program, *map(str, arguments)]
+    answer = subprocess.run(run, capture_output=True, text=True, check=True)
+    return [float(number) for number in answer.stdout.split()]
 
 
 def motion_of(omega, epoch=None):
@@ -92,6 +110,35 @@ def test_loop_against_filling_the_same_memory(benchmark, omega):
     benchmark.pedantic(loop, rounds=5, warmup_rounds=1)
     report(benchmark, ours / filling, "<= 2.2 x filling")
     assert ours <= 2.2 * filling
+
+
+def test_samples_far_from_the_epoch_against_near_ones(benchmark):
+    count, motion = 1_000_000, motion_of(BRANCHES["theta"])
+    near, far = np.linspace(0.0, 1.0, count), np.linspace(1e12, 1e12 + 1e6, count)
+    ours, close = in_turns(lambda: motion.at(far), lambda: motion.at(near))
+    benchmark.pedantic(lambda: motion.at(far), rounds=3)
+    report(benchmark, ours / close, "0.95 to 1.05 x")
+    assert 0.95 <= ours / close <= 1.05
+
+
+SAMPLES = """
+import numpy as np
+from attitude import RigidBody, TorqueFreeMotion
+motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), (1, 0, 0, 0), (0.3, 0.4, 0.5), order="wxyz")
+motion.at(np.zeros(2))
+t = np.linspace(0.0, 1e6, 10_000_000)
+forget()
+before = resident("VmRSS")
+ephemeris = motion.at(t)
+peak = resident("VmHWM") - before  # `elapsed` hands out a copy
+print(peak - (ephemeris.quaternion("wxyz").nbytes + ephemeris.elapsed.nbytes) / 2**20)
+"""
+
+
+def test_memory_of_samples_over_their_output(benchmark):
+    (memory,) = benchmark.pedantic(lambda: printed(SAMPLES), rounds=1)
+    report(benchmark, memory, "<= 64 MiB over the output of 1e7 samples")
+    assert memory <= 64.0
 
 
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core")
@@ -157,16 +204,13 @@ def test_set_up_of_a_body(benchmark, form, microseconds):
 
 
 MILLION = """
-import re, time
-from pathlib import Path
+import time
 import numpy as np
 from attitude import RigidBody, TorqueFreeMotion
-def resident(which):
-    return int(re.search(which + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1]) / 1024
 random = np.random.default_rng(1)
 moments, rates, t = 1.0 + random.random((10**6, 3)), random.normal(size=(10**6, 3)), np.linspace(0.0, 1e3, 10)
 TorqueFreeMotion(RigidBody.from_moments(moments[:5]), (1, 0, 0, 0), rates[:5], order="wxyz").at(t)
-Path("/proc/self/clear_refs").write_text("5")
+forget()
 before, begun = resident("VmRSS"), time.process_time()
 ephemeris = TorqueFreeMotion(RigidBody.from_moments(moments), (1, 0, 0, 0), rates, order="wxyz").at(t)
 taken, peak = time.process_time() - begun, resident("VmHWM") - before
@@ -179,14 +223,10 @@ print(taken, peak - ephemeris.quaternion("wxyz").nbytes / 2**20)
 
 def test_a_million_bodies(benchmark):
     """1e6 bodies x 10 instants in a process of its own: processor time a body, and memory over the output."""
-
-    def run():
-        return subprocess.run([sys.executable, "-c", MILLION], capture_output=True, text=True, check=True)
-
-    answers = [tuple(map(float, run().stdout.split())) for _ in range(3)]
+    answers = [printed(MILLION) for _ in range(3)]
     microseconds = statistics.median(seconds for seconds, _ in answers)
     memory = max(mebibytes for _, mebibytes in answers)
-    benchmark.pedantic(run, rounds=1)
+    benchmark.pedantic(lambda: printed(MILLION), rounds=1)
     report(benchmark, microseconds, "<= 2 us a body")
     report(benchmark, memory, "<= 256 MiB over the output")
     assert microseconds <= 2.0
@@ -218,17 +258,20 @@ def test_warm_run_against_imports(benchmark):
     assert ours <= 1.5 * theirs
 
 
+def test_import_of_all_public_names_over_its_libraries(benchmark):
+    ours = command("-c", "from attitude import *")
+    both = in_turns(ours, command("-c", "import astropy.time, numpy, numba"), repeats=9)
+    benchmark.pedantic(ours, rounds=3)
+    report(benchmark, both[0] - both[1], "<= +0.2 s")
+    assert both[0] - both[1] <= 0.2
+
+
 # -- streams ----------------------------------------------------------------------------------------
 
 STREAM = """
-import re, sys
-from pathlib import Path
+import sys
 import numpy as np
-from attitude import Ephemeris, Grid, RigidBody, TorqueFreeMotion
-from attitude.runtime import compiled
-
-def resident(which):
-    return int(re.search(which + r":\\s+(\\d+)", Path("/proc/self/status").read_text())[1]) / 1024
+from attitude import Grid, RigidBody, TorqueFreeMotion
 
 def write(path, count):
     shape = {"descr": "<f8", "fortran_order": False, "shape": (count, 4)}
@@ -239,7 +282,7 @@ def write(path, count):
 
 motion = TorqueFreeMotion(RigidBody((1.0, 2.0, 3.0)), (1, 0, 0, 0), (0.3, 0.4, 0.5), order="wxyz")
 write(sys.argv[1], 2**20)
-Path("/proc/self/clear_refs").write_text("5")
+forget()
 before = resident("VmRSS")
 write(sys.argv[1], int(sys.argv[2]))
 print(resident("VmHWM") - before)
@@ -248,12 +291,7 @@ print(resident("VmHWM") - before)
 
 def test_a_hundred_million_samples_at_constant_memory(benchmark, tmp_path):
     path, count = tmp_path / "quaternions.npy", 10**8
-
-    def run():
-        run = [sys.executable, "-c", STREAM, str(path), str(count)]
-        return float(subprocess.run(run, capture_output=True, text=True, check=True).stdout)
-
-    growth = benchmark.pedantic(run, rounds=1)
+    (growth,) = benchmark.pedantic(lambda: printed(STREAM, path, count), rounds=1)
     written = np.load(path, mmap_mode="r")
     assert written.shape == (count, 4)
     grid = Grid(0.0, 1e6, count)
