@@ -1,4 +1,4 @@
-"""Truth of random scenes under all effects at once: heyoka's Taylor series in 80-bit numbers.
+"""Truth of scenes under all effects at once: heyoka's Taylor series in 80-bit numbers.
 
 The equations are written from the document's own numbers and share nothing with the library.  They are
 compiled once, with every number of a scene as a parameter; plates that turn their edges and the border of the
@@ -16,7 +16,6 @@ import numpy as np
 
 LD = np.longdouble
 AU, PRESSURE = 149597870700.0, 1361.0 / 299792458.0
-PLATES = 2  # of drag and of sunlight each
 MAX_STEPS = 4000  # from one instant to the next
 
 
@@ -61,20 +60,33 @@ class _Numbers:
 
 
 class CampaignTruth:
-    """Attitudes of documents; `plates`: whether of those with drag or sunlight, which have events.
+    """Attitudes of documents.
 
+    plates : how many of drag, and of sunlight, the documents have at the most; their edges are events
+    groups : plates, those of drag first, that turn their edges together (heyoka stops at one event of a
+        time), as (index, 1, or -1 where one faces the other way); by default none do
     disturbance : by this part of its size the momentum at the epoch is off, for what that grows to
+    max_steps : from one instant to the next; 0 for any number
 
     Units: the greatest moment, a rate `pace` and, on the orbit, its semi-major axis.
     """
 
-    def __init__(self, plates: bool, tolerance: float, disturbance: float = 0.0):
+    def __init__(
+        self,
+        plates: int,
+        tolerance: float,
+        disturbance: float = 0.0,
+        max_steps: int = MAX_STEPS,
+        groups: Any = None,
+    ):
         numbers = _Numbers(lambda i: hy.par[i])
         equations, cosines = _equations(numbers, plates)
-        self.index, self.plates, self._disturbance = numbers.index, plates, LD(disturbance)
+        self.index, self.plates, self.max_steps = numbers.index, plates, max_steps
+        self._disturbance = LD(disturbance)
         self._direction, events = 1.0, []
-        for i, cosine in enumerate(cosines):
-            events.append(hy.t_event(cosine, fp_type=LD, callback=self._sides(i)))
+        alone = [((i, 1),) for i in range(len(cosines))]  # the border of the shadow is the last
+        for group in [*groups, alone[-1]] if groups else alone:
+            events.append(hy.t_event(cosines[group[0][0]], fp_type=LD, callback=self._sides(group)))
         size = sum(len(indices) for indices in self.index.values())
         self._integrator = hy.taylor_adaptive(
             equations,
@@ -88,13 +100,14 @@ class CampaignTruth:
             high_accuracy=True,
         )
 
-    def _sides(self, i):
+    def _sides(self, group):
         def change(integrator, sign):
-            after = LD(sign * self._direction > 0)
-            if i < 2 * PLATES:
-                integrator.pars[self.index["lit"][i]] = after
-            elif dot(integrator.state[7:10], self._sun) < 0:  # the shadow is behind the central body
-                integrator.pars[self.index["shine"][0]] = after
+            for i, facing in group:
+                after = LD(sign * group[0][1] * facing * self._direction > 0)
+                if i < 2 * self.plates:
+                    integrator.pars[self.index["lit"][i]] = after
+                elif dot(integrator.state[7:10], self._sun) < 0:  # the shadow is behind the central body
+                    integrator.pars[self.index["shine"][0]] = after
             return True
 
         return change
@@ -110,7 +123,7 @@ class CampaignTruth:
         return out / np.sqrt((out * out).sum(axis=1))[:, None]
 
     def _outwards(self, document, seconds, direction):
-        self._direction, scene = direction, _Scene(document)
+        self._direction, scene = direction, _Scene(document, self.plates)
         self._sun = scene.sun
         integrator, pace = self._integrator, scene.pace
         integrator.time = LD(0)
@@ -126,7 +139,7 @@ class CampaignTruth:
         cuts = sorted({t for t in scene.cuts if 0.0 < t * direction <= end * direction} | {0.0}, key=abs)
         instants = sorted({*cuts, *seconds}, key=abs)
         for t in instants:
-            outcome = integrator.propagate_until(LD(t) * LD(pace), max_steps=MAX_STEPS)[0]
+            outcome = integrator.propagate_until(LD(t) * LD(pace), max_steps=self.max_steps)[0]
             if outcome.name == "step_limit":
                 raise TooManyStepsError
             if outcome.name != "time_limit":
@@ -175,7 +188,7 @@ def _equations(numbers, plates):
     torque = plus(torque, times(hy.sin(beat * hy.time), numbers("swing")))
     cosines = []
     if plates:
-        more, cosines = _plates(numbers, q, r, v, square)
+        more, cosines = _plates(numbers, plates, q, r, v, square)
         torque = plus(torque, more)
     half = [LD(0.5) * k for k in W]
     slopes = [
@@ -189,9 +202,9 @@ def _equations(numbers, plates):
     return list(zip(state, slopes, strict=True)), cosines
 
 
-def _plates(numbers, q, r, v, square):
+def _plates(numbers, plates, q, r, v, square):
     """(torque, events) of drag and sunlight."""
-    lit, (shine,), (spin,) = numbers("lit", 2 * PLATES), numbers("shine", 1), numbers("spin", 1)
+    lit, (shine,), (spin,) = numbers("lit", 2 * plates), numbers("shine", 1), numbers("spin", 1)
     wind = plus(v, [spin * r[1], -spin * r[0], LD(0) * r[2]])
     speed2, to_sun = dot(wind, wind), plus(numbers("sun"), times(LD(-1), r))
     distance2 = dot(to_sun, to_sun)
@@ -200,16 +213,16 @@ def _plates(numbers, q, r, v, square):
     ahead = seen(q, times(speed2 ** LD(-0.5), wind))
     light = seen(q, times(distance2 ** LD(-0.5), to_sun))
     torque, cosines = [LD(0) * k for k in r], []
-    for i in range(PLATES):
+    for i in range(plates):
         normal, centre, (area,) = (numbers(f"drag {k} {i}", n) for k, n in (("n", 3), ("c", 3), ("a", 1)))
         cosines.append(dot(normal, ahead))
         force = times(lit[i] * area * thickness * speed2 * cosines[-1], ahead)
         torque = plus(torque, times(LD(-1), cross(centre, force)))
-    for i in range(PLATES):
+    for i in range(plates):
         normal, centre, (area,) = (numbers(f"light {k} {i}", n) for k, n in (("n", 3), ("c", 3), ("a", 1)))
         mirrored, scattered = numbers(f"light o {i}", 2)
         cosines.append(dot(normal, light))
-        size = lit[PLATES + i] * shine * area * distance2 ** LD(-1) * cosines[-1]
+        size = lit[plates + i] * shine * area * distance2 ** LD(-1) * cosines[-1]
         along = times(LD(2) * (mirrored * cosines[-1] + scattered / LD(3)), normal)
         force = plus(times(LD(1) - mirrored, light), along)
         torque = plus(torque, times(LD(-1) * size, cross(centre, force)))
@@ -221,8 +234,8 @@ def _plates(numbers, q, r, v, square):
 class _Scene:
     """The numbers of a document in the units of the equations."""
 
-    def __init__(self, document):
-        self.effects = document["effects"]
+    def __init__(self, document, plates):
+        self.effects, self.plates = document["effects"], plates
         self.moments = np.array(document["body"]["moments"], dtype=LD)
         q = np.array(document["attitude"]["quaternion"], dtype=LD)
         self.q = q / np.sqrt(q @ q)
@@ -335,8 +348,9 @@ class _Scene:
         return out
 
     def _drag(self, pace, a):
-        out = {f"drag {k} {i}": np.zeros(n, dtype=LD) for i in range(PLATES) for k, n in (("c", 3), ("a", 1))}
-        out |= {f"drag n {i}": np.array([LD(0), LD(0), LD(1)]) for i in range(PLATES)}
+        sizes = (("c", 3), ("a", 1))
+        out = {f"drag {k} {i}": np.zeros(n, dtype=LD) for i in range(self.plates) for k, n in sizes}
+        out |= {f"drag n {i}": np.array([LD(0), LD(0), LD(1)]) for i in range(self.plates)}
         out |= {"spin": [LD(0)], "reference": [LD(0)], "shorter": [LD(0)]}
         for effect in self._of("drag"):
             out["spin"] = [LD(effect["rotation"]["value"]) / pace]
@@ -354,8 +368,8 @@ class _Scene:
 
     def _light(self, a):
         sizes = (("c", 3), ("a", 1), ("o", 2))
-        out = {f"light {k} {i}": np.zeros(n, dtype=LD) for i in range(PLATES) for k, n in sizes}
-        out |= {f"light n {i}": np.array([LD(0), LD(0), LD(1)]) for i in range(PLATES)}
+        out = {f"light {k} {i}": np.zeros(n, dtype=LD) for i in range(self.plates) for k, n in sizes}
+        out |= {f"light n {i}": np.array([LD(0), LD(0), LD(1)]) for i in range(self.plates)}
         out |= {"sun": self.sun * LD(AU) / a, "to sun": self.sun}
         shadow = any(effect["shadow"] for effect in self._of("solar_pressure"))
         out["radius2"] = [(self.orbit["radius"] / a) ** 2 if shadow else LD(0)]
@@ -383,8 +397,8 @@ class _Scene:
         numbers, q, r, v = self.numbers(1.0), list(state[:4]), state[7:10], state[10:13]
         spin = numbers["spin"][0]
         wind = v + np.array([spin * r[1], -spin * r[0], LD(0)])
-        sources = [seen(q, list(wind))] * PLATES + [seen(q, list(numbers["sun"] - r))] * PLATES
-        normals = [numbers[f"{k} n {i}"] for k in ("drag", "light") for i in range(PLATES)]
+        sources = [seen(q, list(wind))] * self.plates + [seen(q, list(numbers["sun"] - r))] * self.plates
+        normals = [numbers[f"{k} n {i}"] for k in ("drag", "light") for i in range(self.plates)]
         return np.array([dot(n, s) for n, s in zip(normals, sources, strict=True)], dtype=LD)
 
     def rough_slope(self, state):
@@ -400,5 +414,6 @@ class _Scene:
         return np.concatenate([np.array(turn), np.zeros(3), state[10:13], np.zeros(3)]).astype(LD)
 
 
-def needs_plates(document: dict[str, Any]) -> bool:
-    return any(effect["type"] in ("drag", "solar_pressure") for effect in document["effects"])
+def most_plates(document: dict[str, Any]) -> int:
+    """Of one effect of a document."""
+    return max((len(effect.get("plates", ())) for effect in document["effects"]), default=0)

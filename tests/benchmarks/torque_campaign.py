@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from attitude import AttitudeError, Scene
 from attitude.effects import UserTorque
-from tests.benchmarks.campaign_truth import CampaignTruth, TooManyStepsError, needs_plates
+from tests.benchmarks.campaign_truth import CampaignTruth, TooManyStepsError, most_plates
 
 COUNT, SEED = 3000, 20
 TOLERANCES = 1e-19, 1e-17  # of the truth, and of another by which its own error is estimated
@@ -254,7 +254,7 @@ class Campaign:
         self._seed, self._path = seed, path
         lines = path.read_text().splitlines() if path.exists() else []
         self._truths = {tuple(one["scene"]): one["truth"] for one in map(json.loads, lines)}
-        self._engines: dict[tuple[bool, float], CampaignTruth] = {}
+        self._engines: dict[tuple[int, float], CampaignTruth] = {}
 
     def outcome(self, i: int) -> Outcome:
         """Of scene i, drawn again where the body turns too far for a truth; prints what is wrong."""
@@ -274,7 +274,7 @@ class Campaign:
         assert run.plan.error_bound is not None
         bound, error = run.plan.error_bound, max(0.0, angle(run.quaternion("wxyz"), truth) - 3.0 * off)
         if error > bound + FLOOR:  # is the truth itself as good as that?
-            other = CampaignTruth(needs_plates(document), TOLERANCES[0], DISTURBANCE)
+            other = CampaignTruth(most_plates(document), TOLERANCES[0], DISTURBANCE)
             at = other.attitudes(document, seconds).astype(float)
             error = max(0.0, error - 3.0 * angle(truth, at))
         if error > bound + FLOOR:
@@ -285,7 +285,7 @@ class Campaign:
         self, scene: tuple[int, int], document: dict[str, Any], seconds: np.ndarray
     ) -> tuple[np.ndarray, float]:
         """Attitudes, none where the body turns too far; and by how much those in other steps differ, rad."""
-        key, plates = (self._seed, *scene), needs_plates(document)
+        key, plates = (self._seed, *scene), most_plates(document)
         if key not in self._truths:
             try:
                 found, other = (
@@ -300,7 +300,7 @@ class Campaign:
         attitudes, off = self._truths[key]
         return np.array(attitudes), off
 
-    def _engine(self, plates: bool, tolerance: float) -> CampaignTruth:
+    def _engine(self, plates: int, tolerance: float) -> CampaignTruth:
         if (plates, tolerance) not in self._engines:
             self._engines[plates, tolerance] = CampaignTruth(plates, tolerance)
         return self._engines[plates, tolerance]
