@@ -6,19 +6,22 @@ import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
+from typing import Any
 
 from fastapi import FastAPI, Security
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
 import attitude
-from attitude.errors import InputError
+from attitude.errors import AttitudeError, InputError
 from attitude.formats.registry import FORMATS
 
 from . import logs, metrics
 from .compute import Compute
 from .deadline import end_stuck_process
-from .errors import install
+from .errors import http_refusal, refusal, refused_query
 from .middleware import Requests
 from .openapi import DescribedAPI
 from .readiness import Readiness
@@ -32,6 +35,11 @@ app: FastAPI
 def create_app(settings: Settings | None = None) -> FastAPI:
     """The service; without settings, those of the environment."""
     settings = settings or Settings.read()
+    handlers: dict[Any, Any] = {
+        AttitudeError: refusal,
+        RequestValidationError: refused_query,
+        HTTPException: http_refusal,
+    }
     app = DescribedAPI(
         title="attitude",
         summary="Exact attitude ephemerides of freely rotating bodies",
@@ -43,6 +51,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         openapi_url=None,  # both are routes of ours: with tags, and no scripts from other people's servers
         docs_url=None,
         redoc_url=None,
+        exception_handlers=handlers,
     )
     app.state.settings = settings
     app.state.readiness = Readiness()
@@ -51,7 +60,6 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     app.include_router(open_router)
     if settings.token is not None:  # innermost, where the router itself was
         app.router.middleware_stack = Guard(app.router.middleware_stack, open_router.routes, settings.token)
-    install(app)
     # The last one added is the first one that a request passes.
     binary = [each.media for each in FORMATS.values() if not re.match(r"text/|.*(json|xml)$", each.media)]
     app.add_middleware(

@@ -44,28 +44,6 @@ class CutError(Exception):
     """What computes the rest of an answer that has begun was refused, or ran out of time."""
 
 
-class Room:
-    """The samples that answers may hold in memory together, from their computation until they are sent.
-
-    One answer may hold them all.
-    """
-
-    def __init__(self, samples: int):
-        self._samples, self._held, self._lock = samples, 0, Lock()
-
-    def take(self, samples: int) -> bool:
-        """Whether there was room."""
-        with self._lock:
-            if self._held and self._held + samples > self._samples:
-                return False
-            self._held += samples
-            return True
-
-    def give_back(self, samples: int) -> None:
-        with self._lock:
-            self._held -= samples
-
-
 class Job:
     """One request: what it takes, and whether anybody still waits for its answer.
 
@@ -73,14 +51,17 @@ class Job:
     ----------
     identity : goes through the logs, and back to the client
     samples : instants of the answer; held : those of them that are in memory until it is sent
+    predicted : s, computing that its scenes are predicted to need together
     warnings : of the library, which the answer has in a header
     is_admitted : counts among those in flight
     is_abandoned : the answer is not wanted any more: its client has gone, or its seconds are used up
     """
 
-    def __init__(self, identity: str, request: Request, max_seconds: float, room: Room):
-        self.identity, self.request, self.max_seconds, self.room = identity, request, max_seconds, room
+    def __init__(self, identity: str, request: Request, compute: "Compute"):
+        self.identity, self.request, self.compute = identity, request, compute
+        self.max_seconds: float = compute.settings.max_seconds
         self.samples = self.held = 0
+        self.predicted = 0.0
         self.warnings: list[str] = []
         self.is_admitted = self.is_abandoned = False
         self._stop = Stop()
@@ -100,11 +81,13 @@ class Job:
             limit = f"a scene that takes at most {self.max_seconds} s to compute ({variable('max_seconds')})"
             raise InputError("times", f"{spent:.3g} s so far", limit)
 
-    def hold(self, samples: int) -> bool:
-        """Take room for so many samples, unless it was taken before; whether there is any."""
-        if not self.held and self.room.take(samples):
-            self.held = samples
-        return self.held > 0 or samples == 0
+    def predict(self, seconds: float) -> None:
+        """Add what one scene is predicted to need; InputError where all need more than they may."""
+        predicted = self.predicted + seconds
+        if not predicted <= self.max_seconds:
+            limit = f"a scene predicted to take at most {self.max_seconds} s ({variable('max_seconds')})"
+            raise InputError("times", f"{predicted:.3g} s", limit)
+        self.predicted = predicted
 
     def run(self, work: Callable[[], T]) -> T:
         """One piece of its work, in the thread that calls this."""
@@ -138,12 +121,18 @@ def check_wanted(_done: float = 0.0) -> None:
         job.check_deadline()
 
 
+def check_predicted(seconds: float) -> None:
+    """What the library calls with the seconds that a scene is predicted to need; see `Job.predict`."""
+    if (job := current.get()) is not None:
+        job.predict(seconds)
+
+
 def hold(samples: int) -> None:
     """Take room for an answer whose samples are all in memory until it is sent.
 
     Raises NoRoomError, where there is none: `Compute.run` does the work again when there is.
     """
-    if (job := current.get()) is not None and not job.hold(samples):
+    if (job := current.get()) is not None and not job.compute.hold(job, samples):
         raise NoRoomError(samples)
 
 
@@ -154,13 +143,14 @@ class Compute:
     ----------
     in_flight : requests that compute, or wait for a thread, or whose answer is being sent
     running : requests that a thread computes
+    held : samples that answers hold in memory, from their computation until they are sent
     """
 
     def __init__(self, settings: Settings):
         self.settings = settings
         self.max_requests, self.in_flight = settings.requests_in_flight, 0
         self.running: set[Job] = set()
-        self.room = Room(settings.max_samples)
+        self.held, self._lock = 0, Lock()
         self._pool = ThreadPoolExecutor(settings.computing_threads, "compute")
 
     async def run(self, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
@@ -192,11 +182,22 @@ class Compute:
             raise
         return await future
 
+    def hold(self, job: Job, samples: int) -> bool:
+        """Take room for so many samples, unless a request has taken it before; whether there is any.
+
+        One answer may hold them all.
+        """
+        with self._lock:
+            if not job.held and not (self.held and self.held + samples > self.settings.max_samples):
+                self.held += samples
+                job.held = samples
+        return job.held > 0 or samples == 0
+
     async def _wait_for_room(self, job: Job, samples: int) -> None:
         """HTTPException 503 where others hold what room there is for as long as a request may compute."""
         seconds = self.settings.max_seconds
         for _ in range(round(seconds / LOOK_EVERY_S)):
-            if job.hold(samples):
+            if self.hold(job, samples):
                 return
             await asyncio.sleep(LOOK_EVERY_S)
             job.is_abandoned = await job.request.is_disconnected()
@@ -247,8 +248,9 @@ class Compute:
 
     def leave(self, job: Job) -> None:
         """A request is over, whatever became of it."""
-        job.room.give_back(job.held)
-        job.held = 0
+        with self._lock:
+            self.held -= job.held
+            job.held = 0
         if job.is_admitted:
             job.is_admitted = False
             self.in_flight -= 1

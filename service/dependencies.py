@@ -7,7 +7,7 @@ from functools import lru_cache
 from http import HTTPStatus
 from typing import Annotated, NamedTuple
 
-from fastapi import Depends, Request
+from fastapi import Depends, Query, Request
 from starlette.datastructures import UploadFile
 from starlette.exceptions import HTTPException
 from starlette.types import Message
@@ -16,6 +16,7 @@ from attitude.errors import FormatError, InputError, unknown_name
 from attitude.formats import find_source
 from attitude.formats.registry import FORMATS, READ_ONLY, Format
 
+from .schemas import NoQuery
 from .settings import variable
 from .streaming import JSON
 
@@ -86,6 +87,7 @@ async def files(request: Request) -> dict[str, Upload]:
 
 Document = Annotated[bytes, Depends(document)]
 Files = Annotated[dict[str, Upload], Depends(files)]
+Nothing = Annotated[NoQuery, Query()]
 
 
 def named_format(parameter: str, name: str) -> Format:

@@ -10,14 +10,12 @@ from http import HTTPStatus
 from typing import Any, NamedTuple
 
 import orjson
-from fastapi import FastAPI
-from fastapi.exceptions import RequestValidationError
-from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from attitude.documents.fields import fault
+from attitude.documents.fields import joined_faults
 from attitude.errors import AttitudeError, FormatError, InputError, RegimeError, ToleranceError
+from attitude.scene.document import Scene
 
 log = logging.getLogger(__name__)
 
@@ -62,18 +60,31 @@ def problem(
     return Response(orjson.dumps(sendable), status, headers, PROBLEM)
 
 
-def refusal(_request: Request, error: Any) -> Response:
-    """The library's refusal, with the table's status."""
+def refusal(request: Request, error: Any) -> Response:
+    """The library's refusal, with the table's status; a parameter of the query is no field of a document."""
     kind = next(TABLE[parent] for parent in type(error).__mro__ if parent in TABLE)
+    if isinstance(error, InputError) and error.steps[-1:] == (error.field,):
+        parameters = {*request.query_params, *query_names(request)}
+        if error.field in parameters - Scene.model_fields.keys():
+            error.steps = error.steps[:-1]
     pointer, line = getattr(error, "pointer", None), getattr(error, "line", None)
     return problem(kind.status, str(error), kind, pointer=pointer, line=line)
 
 
-def refused_parameter(request: Request, error: Any) -> Response:
-    """A parameter of the query that FastAPI refuses, in the library's words."""
-    (model,) = request.scope["route"].dependant.query_params
-    refused = fault(error.errors()[0], lambda _: model.field_info.annotation.model_fields, "query parameter")
-    return refusal(request, InputError(str(refused.steps[1]), refused.value, refused.expected, steps=()))
+def query_names(request: Request) -> list[str]:
+    """The parameters that the route of a request has."""
+    dependant = getattr(request.scope.get("route"), "dependant", None)
+    models = [each.field_info.annotation for each in (dependant.query_params if dependant else ())]
+    return [name for model in models for name in getattr(model, "model_fields", ())]
+
+
+def refused_query(request: Request, error: Any) -> Response:
+    """Parameters that FastAPI refuses, in the library's words; of each the first fault."""
+    faults: dict[Any, Any] = {}
+    for each in error.errors():
+        faults.setdefault(name := each["loc"][1:2], {**each, "loc": name})
+    known = query_names(request)
+    return refusal(request, joined_faults(list(faults.values()), lambda _: known, "query parameter"))
 
 
 def http_refusal(request: Request, error: Any) -> Response:
@@ -91,10 +102,3 @@ def unexpected(request: Request) -> Response:
     identity = secrets.token_hex(8)
     log.exception("unexpected error %s at %s %r", identity, request.method, request.scope["path"])
     return problem(HTTPStatus.INTERNAL_SERVER_ERROR, UNEXPECTED, id=identity)
-
-
-def install(app: FastAPI) -> None:
-    """Make every refusal of `app` a problem."""
-    app.add_exception_handler(AttitudeError, refusal)
-    app.add_exception_handler(RequestValidationError, refused_parameter)
-    app.add_exception_handler(HTTPException, http_refusal)

@@ -1,5 +1,7 @@
 """Around every request: its id, log line, figures and headers; and the answer to unexpected errors."""
 
+from __future__ import annotations
+
 import asyncio
 import json
 import logging
@@ -13,6 +15,8 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+import attitude
+
 from . import metrics
 from .compute import Compute, CutError, Job, current
 from .dependencies import qualities
@@ -23,8 +27,8 @@ log = logging.getLogger(__name__)
 
 MAX_HEADER_BYTES = 8192
 MAX_WARNINGS_BYTES, MAX_WARNING_CHARACTERS = 3000, 480  # of which JSON escapes one by six bytes at most
-STOPS = "the service stops before this is computed; try again"
 EVERY_ANSWER = {
+    "attitude-version": attitude.__version__,
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
     "cross-origin-resource-policy": "same-origin",
@@ -51,63 +55,78 @@ class Requests:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        method, scope = scope["method"], dict(scope)
-        scope["method"] = "GET" if method == "HEAD" else method
-        request = Request(scope, receive)
+        method = scope["method"]
+        request = Request({**scope, "method": "GET" if method == "HEAD" else method}, receive)
         own = request.headers.get("x-request-id", "")  # a new one is no secret
         is_sane = re.fullmatch(r"[A-Za-z0-9._:/+=-]{1,100}", own)
-        settings = self.compute.settings
-        identity = own if is_sane else f"{random.getrandbits(64):016x}"
-        job = Job(identity, request, settings.max_seconds, self.compute.room)
+        settings, identity = self.compute.settings, own if is_sane else f"{random.getrandbits(64):016x}"
+        job = Job(identity, request, self.compute)
         current.set(job)
         answer = Answer(send, job, settings.client_seconds)
-        begun, unfinished = perf_counter(), "gone"
+        begun = perf_counter()
         try:
-            await (refused_header(request) or self.app)(scope, receive, answer.send)
-        except ClientDisconnect:
-            log.info("the client went away before its answer was whole")
-            unfinished = "gone" if job.is_abandoned or not answer.status else "cut"
-        except asyncio.CancelledError:  # by the server, whose grace is over
-            log.warning("the service stops before the answer is whole")
-            unfinished = "cut"
-            if not answer.status:
-                stops = problem(HTTPStatus.SERVICE_UNAVAILABLE, STOPS, headers={"retry-after": "1"})
-                await stops(scope, receive, answer.send)
-        except CutError as error:
-            log.warning("the answer is cut: %s", error)
-            unfinished = "cut"
-        except Exception:
-            refusal, unfinished = unexpected(request), "cut"
-            if not answer.status:
-                await refusal(scope, receive, answer.send)
+            await self.answer(request, answer)
         finally:
             self.compute.leave(job)
-            for text in job.warnings:
-                log.warning("%s", text)
-            taken, route = perf_counter() - begun, getattr(scope.get("route"), "path", "none")
-            outcome = answer.status if answer.is_whole else unfinished
-            metrics.observe(method, route, outcome, taken)
-            metrics.samples.inc(job.samples)
-            metrics.computing.inc(job.spent())
-            fields = {
-                "method": method[:200],
-                "path": scope["path"][:200],
-                "route": route,
-                "status": outcome,
-                "seconds": round(taken, 6),
-                "bytes": answer.bytes,
-                "compute_seconds": round(job.spent(), 6),
-            }
-            log.info("request", extra={"fields": fields})
+            record(request.scope, method, answer, perf_counter() - begun)
+
+    async def answer(self, request: Request, answer: Answer) -> None:
+        """Send the application's answer, or what is answered where it fails before its first byte."""
+        refusal = None
+        try:
+            await (refused_header(request) or self.app)(request.scope, request.receive, answer.send)
+        except ClientDisconnect:
+            log.info("the client went away before its answer was whole")
+            if answer.status and not answer.job.is_abandoned:
+                answer.unfinished = "cut"
+        except asyncio.CancelledError:  # by the server, whose grace is over
+            log.warning("the service stops before the answer is whole")
+            detail, answer.unfinished = "the service stops before this is computed; try again", "cut"
+            refusal = problem(HTTPStatus.SERVICE_UNAVAILABLE, detail, headers={"retry-after": "1"})
+        except CutError as error:
+            log.warning("the answer is cut: %s", error)
+            answer.unfinished = "cut"
+        except Exception:
+            refusal, answer.unfinished = unexpected(request), "cut"
+        if refusal is not None and not answer.status:
+            await refusal(request.scope, request.receive, answer.send)
+
+
+def record(scope: Scope, method: str, answer: Answer, seconds: float) -> None:
+    """Put a request that is over into the log and into the figures."""
+    job, route = answer.job, getattr(scope.get("route"), "path", "none")
+    for text in job.warnings:
+        log.warning("%s", text)
+    metrics.observe(method, route, answer.outcome, seconds)
+    metrics.samples.inc(job.samples)
+    metrics.computing.inc(job.spent())
+    fields = {
+        "method": method[:200],
+        "path": scope["path"][:200],
+        "route": route,
+        "status": answer.outcome,
+        "seconds": round(seconds, 6),
+        "bytes": answer.bytes,
+        "compute_seconds": round(job.spent(), 6),
+    }
+    log.info("request", extra={"fields": fields})
 
 
 class Answer:
-    """An answer on its way: its status, how much of it was sent, and whether that is all."""
+    """An answer on its way: its status, how much of it was sent, and whether that is all.
+
+    unfinished : why it is not whole, "gone" where its client is, "cut" where it cannot go on
+    """
 
     def __init__(self, send: Send, job: Job, max_seconds: int):
         self._send, self.job, self.max_seconds = send, job, max_seconds
         self.status = self.bytes = 0
-        self.is_whole = False
+        self.is_whole, self.unfinished = False, "gone"
+
+    @property
+    def outcome(self) -> int | str:
+        """Its status, or why it is not whole."""
+        return self.status if self.is_whole else self.unfinished
 
     async def send(self, message: Message) -> None:
         """Send with the headers that all answers have; ClientDisconnect where the client does not take it."""

@@ -2,16 +2,16 @@
 
 import mimetypes
 import platform
-from functools import cache
+from functools import cache, wraps
 from http import HTTPStatus
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import fastapi_offline
 import orjson
-from fastapi import APIRouter, Depends, Query, Request
+from fastapi import APIRouter, Depends, Request
 from prometheus_client import CONTENT_TYPE_LATEST
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
@@ -31,23 +31,11 @@ from attitude.scene.scene import Scene
 from attitude.windows.window_table import WindowsAnswer
 
 from . import computations, metrics
-from .dependencies import Document, Files, once
+from .dependencies import Nothing, once
 from .errors import problem
 from .openapi import REFUSALS, UNCHANGED, Responses, file_responses, json_or_csv, tagged
-from .schemas import (
-    CompareQuery,
-    ConvertQuery,
-    CostQuery,
-    Ephemerides,
-    EphemerisQuery,
-    NoQuery,
-    PlanQuery,
-    SourceQuery,
-    WindowsQuery,
-)
-from .streaming import fixed, whole
-
-Nothing = Annotated[NoQuery, Query()]
+from .schemas import Ephemerides
+from .streaming import Whole, fixed
 
 router = APIRouter(dependencies=[Depends(once)], responses=REFUSALS)
 open_router = APIRouter(responses=REFUSALS)  # of what is answered without a token too
@@ -56,41 +44,31 @@ open_router = APIRouter(responses=REFUSALS)  # of what is answered without a tok
 # -- computing: beside the event loop -------------------------------------------------------------
 
 
-COMPUTATIONS: dict[str, tuple[Any, Any, Any, Responses]] = {
-    "/v1/ephemeris": (
-        computations.ephemeris,
-        Document,
-        EphemerisQuery,
-        file_responses(EphemerisAnswer | Ephemerides) | UNCHANGED,
-    ),
-    "/v1/convert": (computations.convert, Files, ConvertQuery, file_responses(EphemerisAnswer)),
-    "/v1/check": (computations.check, Files, SourceQuery, {200: {"model": CheckAnswer}}),
-    "/v1/compare": (computations.compare, Files, CompareQuery, {200: {"model": ComparisonAnswer}}),
-    "/v1/fit": (computations.fit, Document, NoQuery, {200: {"model": FitAnswer}}),
-    "/v1/plan": (computations.plan, Document, PlanQuery, {200: {"model": PlanAnswer}}),
-    "/v1/motion": (computations.motion, Document, NoQuery, {200: {"model": MotionAnswer}}),
-    "/v1/windows": (computations.windows, Document, WindowsQuery, json_or_csv(WindowsAnswer)),
-    "/v1/cost": (computations.cost, Document, CostQuery, {200: {"model": CostAnswer}}),
+COMPUTATIONS: dict[str, tuple[Any, Responses]] = {
+    "ephemeris": (computations.ephemeris, file_responses(EphemerisAnswer | Ephemerides) | UNCHANGED),
+    "convert": (computations.convert, file_responses(EphemerisAnswer)),
+    "check": (computations.check, {200: {"model": CheckAnswer}}),
+    "compare": (computations.compare, {200: {"model": ComparisonAnswer}}),
+    "fit": (computations.fit, {200: {"model": FitAnswer}}),
+    "plan": (computations.plan, {200: {"model": PlanAnswer}}),
+    "motion": (computations.motion, {200: {"model": MotionAnswer}}),
+    "windows": (computations.windows, json_or_csv(WindowsAnswer)),
+    "cost": (computations.cost, {200: {"model": CostAnswer}}),
 }
 
 
-def computing(work: Any, kind_of_source: Any, kind_of_query: Any) -> Any:
-    """An endpoint that computes: a document, or files, and a query in, one library call, the answer out."""
+def in_thread(work: Any) -> Any:
+    """An endpoint that computes in a thread; what it takes FastAPI reads off the computation."""
 
-    async def endpoint(
-        request: Request,
-        query: Annotated[kind_of_query, Query()],
-        source: kind_of_source,
-    ) -> Response:
-        response: Response = await request.app.state.compute.run(work, request, source, query)
-        return response
+    @wraps(work)
+    async def endpoint(request: Request, **inputs: Any) -> Any:
+        return await request.app.state.compute.run(work, request, **inputs)
 
-    endpoint.__name__, endpoint.__doc__ = work.__name__, work.__doc__
     return endpoint
 
 
-for path, (work, source, query, responses) in COMPUTATIONS.items():
-    router.add_api_route(path, computing(work, source, query), methods=["POST"], responses=responses)
+for name, (work, responses) in COMPUTATIONS.items():
+    router.add_api_route(f"/v1/{name}", in_thread(work), methods=["POST"], responses=responses)
 
 
 # -- the built-in scenes --------------------------------------------------------------------------
@@ -125,7 +103,7 @@ async def healthz(request: Request) -> Response:
     if request.app.state.compute.is_stuck():
         detail = "a computation goes on long after it was stopped; this process is to be replaced"
         return problem(HTTPStatus.SERVICE_UNAVAILABLE, detail)
-    return whole(b'{"status":"alive"}')
+    return Whole({"status": "alive"})
 
 
 @open_router.get("/readyz", response_model=dict[str, str])
@@ -134,7 +112,7 @@ async def readyz(request: Request) -> Response:
     obstacle = request.app.state.readiness.obstacle
     if obstacle is not None:
         return problem(HTTPStatus.SERVICE_UNAVAILABLE, obstacle)
-    return whole(b'{"status":"ready"}')
+    return Whole({"status": "ready"})
 
 
 @router.get("/version", responses=tagged(dict[str, str]))

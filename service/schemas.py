@@ -3,7 +3,7 @@
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from attitude.errors import InputError, unknown
@@ -11,7 +11,8 @@ from attitude.formats import options_of
 from attitude.formats.encoding import parse_options
 from attitude.formats.registry import FORMATS, READ_ONLY, Format
 from attitude.formats.tables.json import EphemerisAnswer
-from attitude.pointing.columns import KINDS
+from attitude.frames.rotations import check_any_frame
+from attitude.pointing.columns import KINDS, parse
 
 Text = str | SkipJsonSchema[None]
 FormatName = Annotated[Text, Field(json_schema_extra={"enum": list(FORMATS)})]
@@ -24,8 +25,10 @@ def decimal(text: str) -> str:
     return text
 
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), BeforeValidator(decimal)] | SkipJsonSchema[None]
+PositiveNumber = Annotated[float, Field(gt=0, allow_inf_nan=False), BeforeValidator(decimal)]
+Positive = PositiveNumber | SkipJsonSchema[None]
 Whole = Annotated[int, Field(ge=0), BeforeValidator(decimal)]
+CostSamples = Annotated[Whole, Field(ge=2, le=100_000)]  # methods hold some 500 bytes of each
 
 
 class NoQuery(BaseModel):
@@ -51,7 +54,7 @@ class CostQuery(NoQuery):
     """What is to be measured, within which budget."""
 
     budget: Positive = Field(None, description="s, wall-clock, for all of it", examples=[2])
-    samples: Whole | SkipJsonSchema[None] = Field(None, ge=2, description="instants", examples=[1000])
+    samples: CostSamples | SkipJsonSchema[None] = Field(None, description="instants", examples=[1000])
     seed: Whole = Field(0, description="of the instants compared with the truth")
     method: list[str] = Field([], description="only this family; repeatable", examples=[["ours"]])
 
@@ -71,9 +74,19 @@ class FileQuery(BaseModel):
     ut1: Literal["tables", "utc"] | SkipJsonSchema[None] = Field(
         None, description="utc takes UTC for UT1 in ITRF, beyond astropy's tables"
     )
-    interpolation_error: Positive = Field(
-        None, le=1, description="rad: instants such that readers of the format interpolate within it"
+    interpolation_error: Annotated[PositiveNumber, Field(le=1)] | SkipJsonSchema[None] = Field(
+        None, description="rad: instants such that readers of the format interpolate within it"
     )
+
+    @model_validator(mode="after")
+    def check(self) -> "FileQuery":
+        if self.frame is not None:
+            check_any_frame(self.frame)
+        self.requested_columns()
+        return self
+
+    def requested_columns(self) -> tuple[str, ...]:
+        return () if self.columns is None else parse(self.columns)
 
     def options(self, target: Format, source: Format | None = None) -> tuple[dict[str, Any], dict[str, Any]]:
         """Options of the format that is written, and of the one that is read; InputError for any other."""

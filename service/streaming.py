@@ -2,38 +2,38 @@
 
 from hashlib import blake2b
 from http import HTTPStatus
+from typing import Any
 
+import orjson
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
 import attitude
 from attitude.formats.encoding import EncodedFile
 
-from .compute import Compute
-
 JSON = "application/json"
 
 
-def whole(content: bytes, media: str = JSON, **headers: str) -> Response:
-    """A response in one piece, with its length."""
-    return Response(content, headers={**common(media), **headers})
+class Whole(Response):
+    """A response in one piece: plain data as JSON, bytes as they are."""
+
+    media_type = JSON
+
+    def render(self, content: Any) -> bytes:
+        return content if isinstance(content, bytes) else orjson.dumps(content)
 
 
-def common(media: str) -> dict[str, str]:
-    """Headers of all responses of this type."""
-    return {"content-type": media, "attitude-version": attitude.__version__}
-
-
-def file_response(compute: Compute, file: EncodedFile, **headers: str) -> Response:
+def file_response(request: Request, file: EncodedFile, **headers: str) -> Response:
     """A file in one piece, or in blocks, each computed when the one before is on its way.
 
     The first block is there: whatever could be refused has been.
     """
     disposition = f'{"inline" if file.media == JSON else "attachment"}; filename="{file.name}"'
     headers |= {"vary": "accept, accept-encoding", "content-disposition": disposition}
+    headers["content-type"] = file.media
     if file.is_whole:
-        return whole(next(file.blocks, b""), file.media, **headers)
-    return StreamingResponse(compute.blocks(file.blocks), headers={**common(file.media), **headers})
+        return Response(next(file.blocks, b""), headers=headers)
+    return StreamingResponse(request.app.state.compute.blocks(file.blocks), headers=headers)
 
 
 def tag_of(*parts: str | bytes) -> str:
@@ -53,8 +53,7 @@ def is_known(tag: str, request: Request) -> bool:
 
 def fixed(request: Request, content: bytes, media: str = JSON, **headers: str) -> Response:
     """What never changes while the service runs: with a tag, and not sent again to who has it."""
-    tag = tag_of(content)
-    headers |= {"etag": tag, "vary": "accept-encoding", "attitude-version": attitude.__version__}
+    headers |= {"etag": (tag := tag_of(content)), "vary": "accept-encoding"}
     if is_known(tag, request):
         return unchanged(**headers)
     return Response(content, headers=headers, media_type=media)  # text with its charset
@@ -62,4 +61,4 @@ def fixed(request: Request, content: bytes, media: str = JSON, **headers: str) -
 
 def unchanged(**headers: str) -> Response:
     """The client has the answer of this tag already."""
-    return Response(b"", HTTPStatus.NOT_MODIFIED, {"attitude-version": attitude.__version__, **headers})
+    return Response(status_code=HTTPStatus.NOT_MODIFIED, headers=headers)

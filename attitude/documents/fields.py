@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Annotated, Any, Self
@@ -186,18 +186,24 @@ def _refuse_constant(name: str) -> float:
 
 
 def input_error(error: ValidationError, part: type[Part], document: Any) -> InputError:
-    """Pydantic's errors as one InputError.
+    """Pydantic's errors of a part of a document as one InputError."""
+    return joined_faults(error.errors(include_url=False), lambda steps: _known_keys(part, document, steps))
+
+
+def joined_faults(
+    all_details: Sequence[Any],
+    known_keys: Callable[[tuple[str | int, ...]], Iterable[str]],
+    noun: str = "key",
+) -> InputError:
+    """Pydantic's errors as one InputError; `known_keys`: those of the part that steps lead to.
 
     Unknown keys come first, with the key that was meant.  Wrong values are listed after the first with what
     would be right, missing and other unknown keys by their names.
     """
-    all_details = sorted(error.errors(include_url=False), key=lambda each: each["type"] != "extra_forbidden")
-    del all_details[20:]
-    first, *others = (
-        fault(details, lambda steps: _known_keys(part, document, steps)) for details in all_details
-    )
+    ordered = sorted(all_details, key=lambda each: each["type"] != "extra_forbidden")[:20]
+    first, *others = (fault(details, known_keys, noun) for details in ordered)
     also: dict[str, dict[str, None]] = {}
-    for details, other in zip(all_details[1:], others, strict=True):
+    for details, other in zip(ordered[1:], others, strict=True):
         kind = {"missing": "missing: ", "extra_forbidden": "unknown: "}.get(details["type"])
         if kind:
             also.setdefault(kind, {})[other.field] = None
@@ -205,15 +211,15 @@ def input_error(error: ValidationError, part: type[Part], document: Any) -> Inpu
             also[f"{other.field}: {other.expected}"] = {}
     if also:
         listed = "; ".join(kind + ", ".join(fields) for kind, fields in also.items())
-        rest = error.error_count() - len(all_details)
+        rest = len(all_details) - len(ordered)
         first.args = (f"{first} (also {listed}{f'; and {rest} more' if rest else ''})",)
     return first
 
 
 def fault(
-    details: Any, known_keys: Callable[[tuple[str | int, ...]], Iterable[str]], noun: str = "key"
+    details: Any, known_keys: Callable[[tuple[str | int, ...]], Iterable[str]], noun: str
 ) -> InputError:
-    """One of pydantic's errors as ours; `known_keys`: those of the part that steps lead to."""
+    """One of pydantic's errors as ours."""
     steps = tuple(details["loc"])
     cause = details.get("ctx", {}).get("error")
     if isinstance(cause, InputError):  # raised by a check of ours, relative to its part

@@ -37,7 +37,7 @@ class Client:
 
 async def asked(compute, work, *arguments, client=None):
     """A request that calls `work` once."""
-    job = Job("test", (client or Client()).request(), compute.settings.max_seconds, compute.room)
+    job = Job("test", (client or Client()).request(), compute)
     current.set(job)
     try:
         return await compute.run(work, *arguments)
@@ -123,7 +123,7 @@ def test_blocks_of_one_request_count_once_and_let_others_between():
             yield b"" if number == 1 else b"x"
 
     async def stream(compute, name):
-        job = Job(name, Client().request(), compute.settings.max_seconds, compute.room)
+        job = Job(name, Client().request(), compute)
         current.set(job)
         try:
             return [block async for block in compute.blocks(blocks(name))]
@@ -288,7 +288,7 @@ def test_seconds_of_all_pieces_count_and_those_of_waiting_do_not():
             await asyncio.sleep(0.3)  # a client that takes its time
 
     async def scenario(compute):
-        current.set(job := Job("test", Client().request(), compute.settings.max_seconds, compute.room))
+        current.set(job := Job("test", Client().request(), compute))
         with pytest.raises(CutError, match="ATTITUDE_MAX_SECONDS"):
             await take(compute)
         compute.leave(job)

@@ -10,7 +10,8 @@ from asking import assert_problem
 
 from attitude import InputError, Scene
 from attitude.scene.builtin_scenes import builtin_names
-from service.computations import Budget
+from service.compute import Compute, Job
+from service.settings import Settings
 
 WITH_EFFECTS = [name for name in builtin_names() if Scene.builtin(name).effects]
 ORBIT = {"altitude": {"value": 600, "unit": "km"}}
@@ -97,7 +98,7 @@ def test_free_motion_is_never_checked_and_torques_once_by_what_the_plan_predicts
 
 def test_prediction_that_is_no_number_is_refused():
     with pytest.raises(InputError, match="ATTITUDE_MAX_SECONDS"):
-        Budget(30).check(float("nan"))
+        Job("test", None, Compute(Settings())).predict(float("nan"))
 
 
 def test_answer_says_what_was_simulated_and_what_not(client, document):

@@ -12,6 +12,7 @@ from asking import assert_problem
 from starlette.responses import Response
 from starlette.testclient import TestClient
 
+from attitude import __version__
 from service import create_app, metrics
 from service.middleware import listed
 from service.settings import Settings
@@ -75,6 +76,7 @@ def test_token_stands_neither_in_the_log_nor_in_the_settings_text(guarded, caplo
 def test_every_answer_tells_browsers_to_make_nothing_else_of_it(client, path):
     headers = client.get(path).headers
     assert headers["x-content-type-options"] == "nosniff"
+    assert headers["attitude-version"] == __version__
     assert headers["referrer-policy"] == "no-referrer"
     assert headers["content-security-policy"].startswith("default-src 'none'")
     assert "server" not in headers

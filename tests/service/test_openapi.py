@@ -146,6 +146,18 @@ def test_every_route_promises_problems_and_nothing_else(description):
             assert set(operation["responses"]["default"]["content"]) == {"application/problem+json"}
 
 
+def test_limits_of_parameters_are_described_as_they_are_checked(description):
+    def schema(path, name):
+        parameters = description["paths"][path]["post"]["parameters"]
+        (found,) = (each["schema"] for each in parameters if each["name"] == name)
+        return found
+
+    samples, error = schema("/v1/cost", "samples"), schema("/v1/ephemeris", "interpolation_error")
+    assert (samples["minimum"], samples["maximum"]) == (2, 100_000)
+    assert (error["exclusiveMinimum"], error["maximum"]) == (0, 1)
+    assert not {"ge", "le"} & {*samples, *error}
+
+
 def test_schema_of_the_document_is_the_librarys(description):
     fields = description["components"]["schemas"]["Scene"]["properties"]
     assert set(fields) == {*Scene.model_fields, "scene", "apm"}

@@ -45,11 +45,11 @@ def large_client(client):
 def test_seconds_used_up_before_the_second_block_cut_the_answer_and_are_no_error(
     large_client, document, monkeypatch, caplog, encoding
 ):
-    def spent(_, writing, *__):
+    def spent(request, *_):
         job = computations.current.get()
         job.max_seconds = 0  # as if the first block had taken all
         file = EncodedFile(iter([b"first,\n" * 200, b"second\n"]), "a.csv", "text/csv", False)
-        return streaming.file_response(writing.compute, file)
+        return streaming.file_response(request, file)
 
     monkeypatch.setattr(computations, "single", spent)
     answer = large_client.post("/v1/ephemeris", json=document, headers={"accept-encoding": encoding})
@@ -350,6 +350,23 @@ def test_parameter_that_is_unknown_is_answered_with_the_one_that_was_meant(clien
     name = path.rpartition("=")[0].rpartition("?")[2].rpartition("&")[2]
     detail = assert_problem(client.post(path, json=document), 422)["detail"]
     assert detail.startswith(f"{name}: unknown query parameter {name!r}; did you mean {meant!r}?")
+
+
+def test_all_parameters_that_are_wrong_are_named(client, document):
+    path = "/v1/cost?samples=1&budgte=3&seed=-1&colour=blue"
+    problem = assert_problem(client.post(path, json=document), 422)
+    assert problem["detail"] == (
+        "budgte: unknown query parameter 'budgte'; did you mean 'budget'?; got '3' (also unknown: colour; "
+        "samples: greater than or equal to 2; seed: greater than or equal to 0)"
+    )
+
+
+@pytest.mark.parametrize(
+    "query", ["source=ck&clock_id=x", "columns=time,colour", "frame=MARS", "inertia=1,2"]
+)
+def test_parameter_of_a_file_points_at_no_field_of_a_document(client, query):
+    files = {"file": ("a.bc", b"DAF/CK")}
+    assert assert_problem(client.post(f"/v1/convert?format=csv&{query}", files=files), 422)["pointer"] == ""
 
 
 # -- cost -----------------------------------------------------------------------------------------
