@@ -84,7 +84,9 @@ def refused_query(request: Request, error: Any) -> Response:
     for each in error.errors():
         faults.setdefault(name := each["loc"][1:2], {**each, "loc": name})
     known = query_names(request)
-    return refusal(request, joined_faults(list(faults.values()), lambda _: known, "query parameter"))
+    refused = joined_faults(list(faults.values()), lambda _: known, "query parameter")
+    refused.steps = ()
+    return refusal(request, refused)
 
 
 def http_refusal(request: Request, error: Any) -> Response:

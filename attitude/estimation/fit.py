@@ -23,12 +23,6 @@ from .observability import ALWAYS_UNSEEN
 from .observations import ObservationSet, observation_sets
 from .parameters import BodyState, check_groups
 
-IMPLAUSIBLE = 1e-6  # probability below which chi-square is not what the standard deviations say
-SPURIOUS = 18.0  # of chi-square: what a search over inertia makes of noise, in one of three hundred sets
-SEARCH = 0.6  # of the progress, of the search for a start
-MAX_MINIMA = 4  # candidates that are followed to their minimum with all observations
-DEFAULT_MOMENTS = (1.0, 1.3, 2.0)  # ratios, of a body of which nothing is known
-
 
 def fit(
     observations: Any,
@@ -93,11 +87,12 @@ class FitInputs:
         """The fit, with its warnings; `progress` is called with the fraction that is done."""
         report = progress or (lambda _: None)
         states, grid = [self.template], "moments" in self.groups
+        searching = 0.6  # of the progress
         if not self.has_start:
             # least squares would follow a few attitudes that are half a turn off
             loss = Loss("cauchy") if self.loss.name == "linear" else self.loss
             search = partial(starts.search, self.sets, self.template, self.groups, grid, loss)
-            candidates = search(lambda fraction: report(SEARCH * fraction))[:MAX_MINIMA]
+            candidates = search(lambda fraction: report(searching * fraction))[:4]
             states = [each.state for each in candidates]
             if self.known and max(each.met for each in candidates) < 0.5:
                 _warn(
@@ -107,7 +102,7 @@ class FitInputs:
                 )
         minima: list[Minimum] = []
         for i, state in enumerate(states):
-            report(SEARCH + (1.0 - SEARCH) * i / len(states))
+            report(searching + (1.0 - searching) * i / len(states))
             minima += self._minimum(state)
         if not minima:
             expected = "those of a free motion: least squares run off to rates or moments beyond any"
@@ -115,8 +110,9 @@ class FitInputs:
         best, *others = sorted(minima, key=lambda each: each.cost)
         is_certain = best.observability.is_seen.all() and not indistinct(best, others)
         if not self.has_start and not is_certain:
-            # what is not seen of the inertia, or not for certain, stays that of `body`
-            limit = SPURIOUS if self.has_body else starts.INDISTINCT
+            # what is not seen of the inertia, or not for certain, stays that of `body`: a search over inertia
+            # makes so much less chi-square of noise in one of three hundred sets
+            limit = 18.0 if self.has_body else starts.INDISTINCT
             own = replace(best.state, moments=self.template.moments, axes=self.template.axes)
             for kept in self._minimum(own):
                 if kept.cost - best.cost < limit * best.sigma_scale**2:
@@ -193,7 +189,7 @@ def _template(
     if start is None:
         if epoch is None and isinstance(first.times, Time):
             epoch = min(each.times.min() for each in sets if isinstance(each.times, Time))
-        rest = RigidBody(DEFAULT_MOMENTS) if body is None else body
+        rest = RigidBody((1.0, 1.3, 2.0)) if body is None else body
         start = TorqueFreeMotion(rest, (1.0, 0.0, 0.0, 0.0), np.zeros(3), epoch, "wxyz", frame or first.frame)
         return BodyState.of(start).with_inertia(body), False
     at = start.at(0.0 if epoch is None else epoch)
@@ -235,7 +231,7 @@ def _warn_of(result: Fit, absolute: bool, loss: Loss) -> None:
     if absolute and result.degrees_of_freedom > 0:
         inliers = np.concatenate([each.sigmas[~each.is_outlier] for each in result.residuals])
         square = float((inliers**2).sum())
-        if chdtrc(result.degrees_of_freedom, square) < IMPLAUSIBLE:
+        if chdtrc(result.degrees_of_freedom, square) < 1e-6:
             excess = np.sqrt(square / result.degrees_of_freedom)
             _warn(
                 f"residuals are {excess:.2g} times what the standard deviations say: "

@@ -24,14 +24,13 @@ from .fit_result import Fit, FitAnswer
 from .observation_table import Table, read_table
 from .observations import Attitudes, BodyRates, ObservationSet
 
-MAX_COLUMNS = 100
 Cells = list[Number | str | None]
 
 
 def _few(columns: Any) -> Any:
     """Refuse too many before each is looked at."""
-    if isinstance(columns, dict) and len(columns) > MAX_COLUMNS:
-        raise ValueError(f"at most {MAX_COLUMNS} columns")
+    if isinstance(columns, dict) and len(columns) > 100:
+        raise ValueError("at most 100 columns")
     return columns
 
 

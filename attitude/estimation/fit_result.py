@@ -21,7 +21,6 @@ from .parameters import GROUPS
 from .residuals import Residuals, ResidualsAnswer
 
 MAX_OUTLIERS_SHOWN = 10
-SCENE_INSTANTS = 1001  # of the scene, over the span of the observations
 
 
 class ParameterAnswer(TypedDict):
@@ -138,7 +137,7 @@ class Fit:
         times: dict[str, Any] = {
             "start": start,
             "stop": stop,
-            "count": SCENE_INSTANTS if stop > start else 1,
+            "count": 1001 if stop > start else 1,
             "unit": "s",
         }
         document = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -24,12 +25,10 @@ from .fit_result import Fit
 from .observability import UNSEEN
 from .observations import Attitudes
 
-SIDE = 100  # attitudes on each side of a gap that the motion is fitted to
 MIN_SIDE = 3
-STATE = ("attitude", "angular_velocity")
 FLOOR = 1e-11  # rad: scatter below which it is that of rounding
 MIN_CHANCE = 1e-3  # probability that one of the tests doubts a free motion whose scatter is Gaussian
-MAX_SCATTER = 10.0  # times the typical one: attitudes beyond it are left out
+fit_state = partial(fit, estimate=("attitude", "angular_velocity"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +47,33 @@ class FilledGap:
     seams: np.ndarray
     sigma: float
     doubts: tuple[str, ...] = ()
+
+    @classmethod
+    def between(cls, before: EphemerisData, after: EphemerisData, body: RigidBody) -> FilledGap:
+        """The gap between these attitudes, by the motion that is fitted to them."""
+        stopping.check()
+        origin, counts = float(before.elapsed[-1]), (len(before), len(after))
+        if max(counts) < MIN_SIDE:
+            where = f"{counts[0]} and {counts[1]} attitudes beside the gap at {origin:.9g} s"
+            raise InputError("by", where, f"at least {MIN_SIDE} on one side, to fit a motion to")
+        with collected_warnings([]):
+            sides = [Side.of(data, origin, body) for data in (before, after)]
+            both = replace(
+                sides[0].observed,
+                times=np.concatenate([side.observed.times for side in sides]),
+                attitude=np.concatenate([side.observed.attitude for side in sides]),
+            )
+            starts = [side.fit.motion for side in sides if side.fit is not None]
+            joint = min(
+                (fit_state(both, start=start) for start in starts),
+                key=lambda each: each.residuals[0].sum_of_squares,
+            )
+        ends = np.array([0.0, float(after.elapsed[0]) - origin])
+        seams = rotations.angle_between(
+            joint.motion.at(ends).quaternion("wxyz"), np.stack([before.attitude[-1], after.attitude[0]])
+        )
+        sigma, doubts = _doubts(sides, joint.residuals[0].sum_of_squares, seams, ends)
+        return cls(origin, float(after.elapsed[0]), joint.motion, seams, sigma, doubts)
 
     @property
     def is_consistent(self) -> bool:
@@ -84,7 +110,7 @@ def fill_gaps(data: EphemerisData, body: RigidBody) -> tuple[EphemerisData, tupl
         raise RegimeError(f"by dynamics: {data.frame} is a rotating frame; use an inertial frame")
     edges = [0, *(_gap_indices(data) + 1).tolist(), len(data)]
     spans = [data[first:last] for first, last in pairwise(edges)]
-    gaps = tuple(_filled(before[-SIDE:], after[:SIDE], body) for before, after in pairwise(spans))
+    gaps = tuple(FilledGap.between(before[-100:], after[:100], body) for before, after in pairwise(spans))
     if not gaps:
         emit_warning("no gaps: every instant is interpolated as the file states")
     for gap in gaps:
@@ -116,10 +142,24 @@ class Side(NamedTuple):
     far: int = 0
     alternatives: bool = False
 
+    @classmethod
+    def of(cls, data: EphemerisData, origin: float, body: RigidBody) -> Side:
+        """The side of these attitudes; those off by ten times the typical scatter are left out."""
+        seconds = data.elapsed - origin
+        observed = Attitudes(seconds, attitude=data.quaternion("wxyz"), order="wxyz", frame=data.frame)
+        if len(data) < MIN_SIDE:
+            return cls(observed, None)
+        best = _of_side(data, observed, body)
+        alternatives = bool(best.alternatives)
+        while len(observed) > MIN_SIDE and best.residuals[0].sigmas.max() > 10.0:
+            observed = observed[best.residuals[0].sigmas <= 10.0]
+            best = fit_state(observed, start=best.motion)
+        return cls(observed, best, len(data) - len(observed), alternatives)
+
     @property
     def squares(self) -> float:
         """Sum of squares of the residuals, rad^2; zero of so few attitudes that a motion meets them all."""
-        return _squares(self.fit) if self.fit is not None else 0.0
+        return self.fit.residuals[0].sum_of_squares if self.fit is not None else 0.0
 
     @property
     def is_random(self) -> bool:
@@ -143,29 +183,6 @@ class Side(NamedTuple):
             self.fit.motion.partials(at).attitude[..., :6] for at in (self.observed.times, np.array(t))
         )
         return sigma * float(np.linalg.norm(there @ np.linalg.pinv(seen.reshape(-1, 6)), 2))
-
-
-def _filled(before: EphemerisData, after: EphemerisData, body: RigidBody) -> FilledGap:
-    stopping.check()
-    origin, counts = float(before.elapsed[-1]), (len(before), len(after))
-    if max(counts) < MIN_SIDE:
-        where = f"{counts[0]} and {counts[1]} attitudes beside the gap at {origin:.9g} s"
-        raise InputError("by", where, f"at least {MIN_SIDE} on one side, to fit a motion to")
-    with collected_warnings([]):
-        sides = [_side(data, origin, body) for data in (before, after)]
-        both = replace(
-            sides[0].observed,
-            times=np.concatenate([side.observed.times for side in sides]),
-            attitude=np.concatenate([side.observed.attitude for side in sides]),
-        )
-        starts = [side.fit.motion for side in sides if side.fit is not None]
-        joint = min((fit(both, start=start, estimate=STATE) for start in starts), key=_squares)
-    ends = np.array([0.0, float(after.elapsed[0]) - origin])
-    seams = rotations.angle_between(
-        joint.motion.at(ends).quaternion("wxyz"), np.stack([before.attitude[-1], after.attitude[0]])
-    )
-    sigma, doubts = _doubts(sides, _squares(joint), seams, ends)
-    return FilledGap(origin, float(after.elapsed[0]), joint.motion, seams, sigma, doubts)
 
 
 def _doubts(
@@ -203,34 +220,16 @@ def _doubts(
     return sigma, tuple(text for text, is_true in tests.items() if is_true)
 
 
-def _squares(each: Fit) -> float:
-    return float((each.residuals[0].vectors ** 2).sum())
-
-
-def _side(data: EphemerisData, origin: float, body: RigidBody) -> Side:
-    """Attitudes far off are left out one after another, since the worst hide the others."""
-    seconds = data.elapsed - origin
-    observed = Attitudes(seconds, attitude=data.quaternion("wxyz"), order="wxyz", frame=data.frame)
-    if len(data) < MIN_SIDE:
-        return Side(observed, None)
-    best = _of_side(data, observed, body)
-    alternatives = bool(best.alternatives)
-    while len(observed) > MIN_SIDE and best.residuals[0].sigmas.max() > MAX_SCATTER:
-        observed = observed[best.residuals[0].sigmas <= MAX_SCATTER]
-        best = fit(observed, start=best.motion, estimate=STATE)
-    return Side(observed, best, len(data) - len(observed), alternatives)
-
-
 def _of_side(data: EphemerisData, observed: Attitudes, body: RigidBody) -> Fit:
     """The motion of one side; rates of the file tell how many turns there are between attitudes."""
-    searched = fit(observed, body, None, STATE)
+    searched = fit_state(observed, body)
     if not data.has_rate:
         return searched
     seconds, rates = observed.times, data.angular_velocity
     at = int(np.argmin(np.abs(seconds)))
     there = TorqueFreeMotion(body, data.attitude[at], rates[at], None, "wxyz", data.frame).at(-seconds[at])
     start = TorqueFreeMotion(body, there.rotation, there.angular_velocity, frame=data.frame)
-    fits = [searched, *searched.alternatives, fit(observed, start=start, estimate=STATE)]
+    fits = [searched, *searched.alternatives, fit_state(observed, start=start)]
     limit = 2.0 * min(each.chi_square for each in fits) + len(seconds) * (FLOOR / observed.unknown_sigma) ** 2
     likely = [each for each in fits if each.chi_square <= limit]
     off = [float(np.abs(each.motion.at(seconds).angular_velocity - rates).sum()) for each in likely]

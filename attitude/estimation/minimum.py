@@ -17,7 +17,6 @@ from .parameters import BodyState
 from .residuals import Residuals
 from .starts import INDISTINCT
 
-FALSE_ALARM = 0.01  # probability that any of the observations of a right model is called an outlier
 # Of deviations where none are known (0.01 rad, a hundredth of rates): scatter that is of rounding.
 LEAST_SCALE = 1e-9
 
@@ -69,8 +68,14 @@ def minimum(
     problem = Problem(sets, held.parameters.state(x).rescaled(least_moment), groups, loss)
     x[: len(x) - len(biases)] = 0.0
     numbers = sum(len(each) * each.DEGREES for each in sets)
+
+    def observability(x: np.ndarray) -> Observability:
+        linear = problem.at(x)
+        scale = 1.0 if absolute else np.sqrt(linear.chi_square / max(numbers - len(x), 1))
+        return Observability.of(linear.triangle[:-1, :-1], tuple(problem.parameters.names), scale)
+
     for _ in range(2):
-        seen = _observability(problem, x, numbers, absolute)
+        seen = observability(x)
         x, is_reached = problem.minimize(x, seen.seen_basis)
         if seen.is_seen.all():
             break  # else what is seen is judged again where the other directions are at rest
@@ -82,13 +87,7 @@ def minimum(
     if not is_reached:
         emit_warning("fit: no minimum was reached within 100 steps; the best state of these is returned", 3)
     scale = 1.0 if absolute else float(np.sqrt(problem.at(x).chi_square / free))
-    return Minimum(problem, x, _observability(problem, x, numbers, absolute), scale, free)
-
-
-def _observability(problem: Problem, x: np.ndarray, numbers: int, absolute: bool) -> Observability:
-    linear = problem.at(x)
-    scale = 1.0 if absolute else np.sqrt(linear.chi_square / max(numbers - len(x), 1))
-    return Observability.of(linear.triangle[:-1, :-1], tuple(problem.parameters.names), scale)
+    return Minimum(problem, x, observability(x), scale, free)
 
 
 def fit_of(minimum: Minimum, absolute: bool) -> Fit:
@@ -126,7 +125,8 @@ def _residuals(
     square = ((vectors * each.weights) ** 2).sum(axis=1)
     count = sum(map(len, problem.sets))
     typical = 1.0 if absolute else max(float(np.median(square)) / chdtri(each.DEGREES, 0.5), LEAST_SCALE**2)
-    is_outlier = square > chdtri(each.DEGREES, FALSE_ALARM / count) * typical
+    # the probability is 0.01 that any of the observations of a right model is called an outlier
+    is_outlier = square > chdtri(each.DEGREES, 0.01 / count) * typical
     sigmas = np.sqrt(square / typical)
     return Residuals(each.name, each.UNIT, instants.seconds, vectors, each.sizes(vectors), sigmas, is_outlier)
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 # Standard deviation, in natural units (rad, the whole rate, logarithms of moments), beyond which a direction
-# counts as unseen, since the linear theory fails; and a singular value, over the greatest, of rounding.
-UNSEEN, ROUNDING = 0.3, 1e-13
+# counts as unseen, since the linear theory fails.
+UNSEEN = 0.3
 ALWAYS_UNSEEN = (
     "scale of the inertia: never seen in free rotation; kept as it was",
     "energy sinks and torques: the fit assumes that there are none",
@@ -33,7 +33,7 @@ class Observability:
     def of(cls, triangle: np.ndarray, names: tuple[str, ...], scale: float) -> Observability:
         """Decompose the (p, p) triangle of weighted derivatives; `scale` of standard deviations."""
         _, values, directions = np.linalg.svd(triangle)
-        is_zero = values <= ROUNDING * values.max(initial=0.0)
+        is_zero = values <= 1e-13 * values.max(initial=0.0)  # of rounding
         sigma = np.where(is_zero, np.inf, scale / np.where(is_zero, 1.0, values))
         return cls(names, directions, sigma, sigma <= UNSEEN)
 

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
+from astropy import units as u
 from astropy.time import Time
 
 from .. import stopping, units
@@ -29,10 +30,7 @@ from ..frames import rotations
 from ..times.iso8601 import Scale, parse_times
 from .observations import Attitudes, BodyRates, Directions, ObservationSet, RangeOffsets
 
-CELLS_PER_CHECK = 1000
-QUATERNION = ("q_w", "q_x", "q_y", "q_z")
-HEADER = re.compile(r"\s*(\w+)\s*(?:\[(.+)\]|\((.+)\))?\s*")
-COMMENT = re.compile(r"#\s*(\w+(?:\s*(?:\[[^\]]+\]|\([^)]+\)))?)\s*:\s*(\S+)\s*")
+EULER = re.compile(r"euler_([XYZ]{3})_([123])")
 
 
 class Kind(NamedTuple):
@@ -47,46 +45,46 @@ class Kind(NamedTuple):
     members: Mapping[str, int | slice]
 
 
-def _xyz(name: str) -> tuple[str, ...]:
+def xyz(name: str) -> tuple[str, ...]:
+    """Names of the columns of a vector's components."""
     return tuple(f"{name}_{axis}" for axis in "xyz")
 
 
-DIRECTION = Kind(
-    (*_xyz("body"), *_xyz("inertial")),
-    "direction_sigma",
-    Directions,
-    {"body": slice(0, 3), "inertial": slice(3, 6)},
-)
-RATE = Kind(_xyz("omega"), "omega_sigma", BodyRates, {"rate": slice(0, 3)})
-RANGE = Kind(
-    ("range_offset", *_xyz("point"), *_xyz("sight")),
-    "range_sigma",
-    RangeOffsets,
-    {"offset": 0, "point": slice(1, 4), "line_of_sight": slice(4, 7)},
-)
-ATTITUDE_SIGMA = "attitude_sigma"
-UNITS = {
-    **dict.fromkeys((*RATE.columns, RATE.sigma), units.RATE),
-    **dict.fromkeys(("range_offset", *_xyz("point"), RANGE.sigma), units.LENGTH),
-    **dict.fromkeys((ATTITUDE_SIGMA, DIRECTION.sigma), units.ANGLE),
-    "elapsed": units.SECOND,
+KINDS = {
+    kind.made: kind
+    for kind in (
+        Kind(("q_w", "q_x", "q_y", "q_z"), "attitude_sigma", Attitudes, {"attitude": slice(0, 4)}),
+        Kind(xyz("omega"), "omega_sigma", BodyRates, {"rate": slice(0, 3)}),
+        Kind(
+            (*xyz("body"), *xyz("inertial")),
+            "direction_sigma",
+            Directions,
+            {"body": slice(0, 3), "inertial": slice(3, 6)},
+        ),
+        Kind(
+            ("range_offset", *xyz("point"), *xyz("sight")),
+            "range_sigma",
+            RangeOffsets,
+            {"offset": 0, "point": slice(1, 4), "line_of_sight": slice(4, 7)},
+        ),
+    )
 }
-WITHOUT_UNIT = ("time", *QUATERNION, *DIRECTION.columns, *_xyz("sight"))
-EULER = re.compile(r"euler_([XYZ]{3})_([123])")
-SIGMAS: dict[type[ObservationSet], str] = {
-    Attitudes: ATTITUDE_SIGMA,
-    **{kind.made: kind.sigma for kind in (RATE, DIRECTION, RANGE)},
+# The kind of unit that a column has, an example of it, or none.
+COLUMNS: dict[str, tuple[u.UnitBase, str] | None] = {
+    **dict.fromkeys((*xyz("omega"), "omega_sigma"), (units.RATE, "deg/s")),
+    **dict.fromkeys(("range_offset", *xyz("point"), "range_sigma"), (units.LENGTH, "m")),
+    **dict.fromkeys(("attitude_sigma", "direction_sigma"), (units.ANGLE, "deg")),
+    "elapsed": (units.SECOND, "s"),
+    **dict.fromkeys(("time", *KINDS[Attitudes].columns, *KINDS[Directions].columns, *xyz("sight"))),
 }
-COLUMNS = (*UNITS, *WITHOUT_UNIT)
 WITH_SUFFIX = re.compile(
     rf"({'|'.join(sorted(COLUMNS, key=len, reverse=True))}|euler_[xyz]{{3}}_[123])_([a-z]+(?:_[a-z]+)?)"
 )
-EXAMPLES = {units.RATE: "deg/s", units.LENGTH: "m", units.ANGLE: "deg", units.SECOND: "s"}
 
 
 def parse_header(header: str) -> tuple[str, str | None]:
     """Name of a column and its unit, or scale; a header that is none is a name without."""
-    match = HEADER.fullmatch(header)
+    match = re.fullmatch(r"\s*(\w+)\s*(?:\[(.+)\]|\((.+)\))?\s*", header)
     if match is None:
         return header, None
     name, unit = match[1].lower(), match[2] or match[3]
@@ -124,18 +122,16 @@ class Table:
             self.times = self._dates(header, unit, values)
             return
         is_euler = EULER.fullmatch(name)
-        like = units.ANGLE if is_euler else UNITS.get(name)
-        if like is None and name not in WITHOUT_UNIT:
+        if not is_euler and name not in COLUMNS:
             raise InputError(header, name, unknown("column", name, (*COLUMNS, "euler_ZXZ_1")))
+        like, example = (units.ANGLE, "deg") if is_euler else COLUMNS[name] or (None, "")
         if (like is None) != (unit is None):
-            expected = "no unit"
-            if like is not None:
-                expected = f'its unit in brackets, such as "{name} [{EXAMPLES[like]}]"'
+            expected = f'its unit in brackets, such as "{name} [{example}]"' if example else "no unit"
             raise InputError(header, unit, expected)
         if is_euler:
             rotations.check_sequence(is_euler[1], header)
         numbers = _numbers(values, header)
-        if name in SIGMAS.values():
+        if name.endswith("_sigma"):
             units.refuse_where(numbers <= 0.0, numbers, header, "greater than 0")
         numbers *= 1.0 if like is None or unit is None else units.parse_unit(unit, like, header)
         numbers = np.broadcast_to(numbers, (self.count,)) if numbers.ndim == 0 else numbers
@@ -161,8 +157,7 @@ class Table:
 
     def sets(self) -> list[ObservationSet]:
         """The observations of every kind that there is."""
-        candidates = [self._attitudes(), *(self._of_kind(kind) for kind in (RATE, DIRECTION, RANGE))]
-        sets = [each for each in candidates if each is not None]
+        sets = [each for kind in KINDS.values() if (each := self._of_kind(kind)) is not None]
         if not sets:
             raise InputError(
                 "columns",
@@ -173,48 +168,38 @@ class Table:
             raise InputError("bias", True, "rates or range offsets, which may have a bias")
         return sets
 
-    def _attitudes(self) -> ObservationSet | None:
-        euler = {match[1]: name for name in self.columns if (match := EULER.fullmatch(name))}
-        if len(euler) > 1 or (euler and any(name in self.columns for name in QUATERNION)):
-            raise InputError("columns", list(self.columns), "attitudes in one form")
-        names: tuple[str, ...] = QUATERNION
-        if euler:
-            (sequence,) = euler
-            names = tuple(f"euler_{sequence}_{i}" for i in (1, 2, 3))
-        rows, values, sigma = self._part(names, ATTITUDE_SIGMA)
-        if values is None:
-            return None
-        attitude = rotations.from_euler(sequence, values) if euler else values
-        return self._set(Attitudes, names, rows, sigma, attitude=attitude, order="wxyz")
-
     def _of_kind(self, kind: Kind) -> ObservationSet | None:
-        rows, values, sigma = self._part(kind.columns, kind.sigma)
+        """The observations of a kind, if there are any; errors name row and columns of the table."""
+        euler = self._euler_sequence() if kind.made is Attitudes else None
+        columns = kind.columns if euler is None else tuple(f"euler_{euler}_{i}" for i in (1, 2, 3))
+        rows, values, sigma = self._part(columns, kind.sigma)
         if values is None:
             return None
         members: dict[str, Any] = {name: values[:, part] for name, part in kind.members.items()}
-        if kind is not DIRECTION:
+        if kind.made is Attitudes:
+            members["order"] = "wxyz"
+        if euler is not None:
+            members["attitude"] = rotations.from_euler(euler, values)
+        if hasattr(kind.made, "has_bias"):
             members["has_bias"] = self.has_bias
-        return self._set(kind.made, kind.columns, rows, sigma, **members)
-
-    def _set(
-        self,
-        made: type[ObservationSet],
-        names: tuple[str, ...],
-        rows: np.ndarray,
-        sigma: np.ndarray | None,
-        **members: Any,
-    ) -> ObservationSet:
-        """The observations of these rows; errors name row and columns of the table."""
-        name = f"{self.label} {made.KIND}".strip()
+        name = f"{self.label} {kind.made.KIND}".strip()
         try:
-            return made(self.times[rows], sigma, name, self.frame, **members)
+            return kind.made(self.times[rows], sigma, name, self.frame, **members)
         except InputError as error:
             index = re.search(r"\[(\d+)\]", error.field)
             if index is None:
                 raise
             row = int(np.flatnonzero(rows)[int(index[1])])
-            column = SIGMAS[made] if error.field.startswith(f"{name}.sigma") else ", ".join(names)
+            column = kind.sigma if error.field.startswith(f"{name}.sigma") else ", ".join(columns)
             raise InputError(f"{column}[{row}]", error.value, error.expected) from None
+
+    def _euler_sequence(self) -> str | None:
+        """The sequence of the attitudes that are Euler angles."""
+        sequences = {match[1] for name in self.columns if (match := EULER.fullmatch(name))}
+        has_both = sequences and self.columns.keys() & {*KINDS[Attitudes].columns}
+        if len(sequences) > 1 or has_both:
+            raise InputError("columns", list(self.columns), "attitudes in one form")
+        return next(iter(sequences), None)
 
     def _part(
         self, names: Sequence[str], sigma_name: str
@@ -248,7 +233,7 @@ def _numbers(values: Any, header: str) -> np.ndarray:
     numbers = np.empty(len(values) if is_list else 1)
     for i, cell in enumerate(values if is_list else [values]):
         field = f"{header}[{i}]" if is_list else header
-        if i % CELLS_PER_CHECK == 0:
+        if i % 1000 == 0:
             stopping.check()
         try:
             is_empty = cell is None or (isinstance(cell, str) and not cell.strip())
@@ -268,7 +253,8 @@ def read_table(path: str | Path, frame: str | None = None) -> list[ObservationSe
     with file_errors(path):
         text = Path(path).read_text(encoding="utf-8-sig")
     lines = text.splitlines()
-    comments: dict[str, str] = {match[1]: match[2] for line in lines if (match := COMMENT.fullmatch(line))}
+    comment = re.compile(r"#\s*(\w+(?:\s*(?:\[[^\]]+\]|\([^)]+\)))?)\s*:\s*(\S+)\s*")
+    comments: dict[str, str] = {match[1]: match[2] for line in lines if (match := comment.fullmatch(line))}
     columns: dict[str, Any] = {  # other comments are of no account
         name: each for name, each in comments.items() if parse_header(name)[0] in COLUMNS
     }

@@ -80,7 +80,7 @@ class BodyState:
         """The state with the inertia of a body, if there is one."""
         return self if body is None else replace(self, moments=body.moments, axes=body.axes)
 
-    def is_near(self, other: BodyState, tolerance: float) -> bool:
+    def is_near(self, other: BodyState, tolerance: float = 1e-4) -> bool:
         """Whether both are one state, whatever the scale of inertia; tolerance in rad, and relative."""
         size = np.sqrt(self.rate @ self.rate)
         shapes = [each.tensor / each.moments.sum() for each in (self, other)]

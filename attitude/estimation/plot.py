@@ -17,14 +17,10 @@ if TYPE_CHECKING:
     from ..motion import TorqueFreeMotion
     from .residuals import Residuals
 
-SIZE = 9.0, 2.6  # inches, of a panel
-CURVE_POINTS = 2000
-
 
 def picture(motion: TorqueFreeMotion, residuals: Sequence[Residuals], file_format: str) -> bytes:
     """An "svg" or "png" file of the residuals of a fit, and of the rates of its motion."""
-    size = SIZE[0], SIZE[1] * len(residuals)
-    return drawn(partial(_draw, motion, residuals), size, file_format)
+    return drawn(partial(_draw, motion, residuals), (9.0, 2.6 * len(residuals)), file_format)
 
 
 def _draw(motion: TorqueFreeMotion, residuals: Sequence[Residuals], figure: Figure) -> None:
@@ -58,7 +54,7 @@ def _sizes(residuals: Residuals, panel: Axes, length: float) -> None:
 def _rates(motion: TorqueFreeMotion, residuals: Residuals, panel: Axes, time: tuple[str, float]) -> None:
     """Observed rates, without their bias, over the computed ones."""
     unit, length = time
-    curve = np.linspace(residuals.seconds.min(), residuals.seconds.max(), CURVE_POINTS)
+    curve = np.linspace(residuals.seconds.min(), residuals.seconds.max(), 2000)
     computed = np.degrees(motion.at(curve).angular_velocity) * length
     observed = np.degrees(motion.at(residuals.seconds).angular_velocity + residuals.vectors) * length
     far, seconds = residuals.is_outlier, residuals.seconds / length

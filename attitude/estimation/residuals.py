@@ -58,6 +58,11 @@ class Residuals:
         return np.flatnonzero(self.is_outlier)
 
     @property
+    def sum_of_squares(self) -> float:
+        """Of the components of `vectors`."""
+        return float((self.vectors**2).sum())
+
+    @property
     def rms(self) -> float:
         """Root of the mean square of `sizes`."""
         return float(np.sqrt((self.sizes**2).mean()))

@@ -26,14 +26,8 @@ from .parameters import BodyState, exponential
 
 # Moments over the least, of bodies that no two of the grid are like: from nearly a sphere to a needle.
 RATIOS = ((1.0, 1.1, 1.2), (1.0, 1.3, 2.0), (1.0, 1.7, 2.0), (1.0, 2.2, 2.6), (1.0, 3.2, 3.5))
-FIRST_WINDOW, GROWTH, MAX_IN_WINDOW = 8, 4, 400  # observations of each set
-KEPT_AT_FIRST, KEPT = 24, 6  # candidates
-PRIOR = 0.5  # natural units: what few observations do not see stays near the candidate's
-LARGE_TURN = 2.0  # rad between neighbours, beyond which a whole turn may have been missed
-RANDOM_STATES = 1000
+MAX_IN_WINDOW = 400  # observations of each set
 INDISTINCT = 9.0  # difference of chi-square up to which minima cannot be told apart: three sigma
-SAME = 1e-4  # relative difference of two candidates that are one
-FAR = 0.001  # probability that chance explains an observation that a candidate does not meet
 
 
 class StartCandidate(NamedTuple):
@@ -50,6 +44,38 @@ class StartStates(NamedTuple):
     attitude: np.ndarray
     rate: np.ndarray
     kind: np.ndarray
+
+    @classmethod
+    def about(cls, window: Sequence[ObservationSet], anchor: float) -> StartStates:
+        """Every attitude of the window with every rate observed in it, or that two attitudes make."""
+        attitudes = [each for each in window if isinstance(each, Attitudes)]
+        rates = [each.rate for each in window if isinstance(each, BodyRates)]
+        if not attitudes:
+            return cls.at_random(window, rates)
+        kinds = [np.zeros(len(each), dtype=int) for each in rates]
+        if not rates:
+            rates, kinds = zip(*map(_differences, attitudes), strict=True)
+        rate, kind = np.concatenate(rates), np.concatenate(kinds)
+        q = np.concatenate([each.attitude for each in attitudes])
+        earlier = anchor - np.concatenate([each.times.seconds for each in attitudes])
+        moved = rotations.product(q[:, None], exponential(earlier[:, None, None] * rate))
+        return cls(moved.reshape(-1, 4), np.tile(rate, (len(q), 1)), np.tile(kind, len(q)))
+
+    @classmethod
+    def at_random(cls, window: Sequence[ObservationSet], rates: Sequence[np.ndarray]) -> StartStates:
+        """Attitudes at random, with rates up to half a turn between neighbours where none was observed."""
+        if not any(isinstance(each, Directions) for each in window):
+            expected = "a motion to start from, beside rates and ranges, which do not show the attitude alone"
+            raise InputError("start", None, expected)
+        random, count = np.random.default_rng(0), 1000
+        gaps = np.diff(np.unique(np.concatenate([each.times.seconds for each in window])))
+        limit = np.pi / np.median(gaps) if gaps.size else 0.0
+        q, w = random.normal(size=(count, 4)), random.normal(size=(count, 3))
+        w *= limit * random.random((count, 1)) / np.linalg.norm(w, axis=1, keepdims=True)
+        if rates:
+            observed = np.concatenate(rates)
+            w = observed[np.arange(count) % len(observed)]
+        return cls(q / np.linalg.norm(q, axis=1, keepdims=True), w, np.arange(count))
 
 
 def search(
@@ -78,7 +104,7 @@ def search(
         anchor = float(seconds[index])
         for each in _search_about(anchor, sets, bodies, groups, loss):
             moved = each._replace(state=each.state.after(-anchor))
-            if not any(moved.state.is_near(other.state, SAME) for other in candidates):
+            if not any(moved.state.is_near(other.state) for other in candidates):
                 candidates.append(moved)
         if any(each.met > 0.5 for each in candidates):
             break
@@ -97,21 +123,24 @@ def _search_about(
     groups: tuple[str, ...],
     loss: Loss,
 ) -> list[StartCandidate]:
-    """Minima near an anchor, the lowest first, with their states there."""
-    size, window = FIRST_WINDOW, [_window(each, anchor, FIRST_WINDOW) for each in sets]
+    """Minima near an anchor, the lowest first, with their states there.
+
+    Of eight observations of each set about it, then of four times as many, and so on; six candidates go on.
+    """
+    size, window = 8, [_window(each, anchor, 8) for each in sets]
     states = _first_states(window, bodies, anchor)
     while True:
         minima = _improved(states, window, groups, loss, anchor)
         if size >= max(map(len, sets)) or not minima:
             return minima
-        size *= GROWTH
+        size *= 4
         window = [_window(each, anchor, size) for each in sets]
         found = [each.state for each in minima]
         attitudes, rates = (
             np.array([getattr(each, name) for each in found]) for name in ("attitude", "rate")
         )
         cost = _costs(window, np.array([each.tensor for each in found]), attitudes, rates, anchor)
-        states = [found[i] for i in np.argsort(cost, kind="stable")[:KEPT]]
+        states = [found[i] for i in np.argsort(cost, kind="stable")[:6]]
 
 
 def _window(each: ObservationSet, anchor: float, size: int) -> ObservationSet:
@@ -123,8 +152,8 @@ def _window(each: ObservationSet, anchor: float, size: int) -> ObservationSet:
 def _first_states(
     window: Sequence[ObservationSet], bodies: Sequence[BodyState], anchor: float
 ) -> list[BodyState]:
-    """The states that most observations agree with: the best of each body and kind, and the best of these."""
-    states = _states(window, anchor)
+    """The 24 best of the states that most observations agree with, of each body and kind the best."""
+    states = StartStates.about(window, anchor)
     if not len(states.kind):
         raise InputError(
             "start", None, "a motion to start from: attitudes at two instants, or rates, at least"
@@ -136,58 +165,26 @@ def _first_states(
     _, first = np.unique(np.stack([body, states.kind[state]]), axis=1, return_index=True)
     return [
         replace(bodies[body[i]], attitude=states.attitude[state[i]], rate=states.rate[state[i]])
-        for i in np.sort(first)[:KEPT_AT_FIRST]
+        for i in np.sort(first)[:24]
     ]
 
 
-def _states(window: Sequence[ObservationSet], anchor: float) -> StartStates:
-    """States of every attitude of the window with every rate observed in it, or that two attitudes make."""
-    attitudes = [each for each in window if isinstance(each, Attitudes)]
-    rates = [each.rate for each in window if isinstance(each, BodyRates)]
-    if not attitudes:
-        return _random_states(window, rates)
-    kinds = [np.zeros(len(each), dtype=int) for each in rates]
-    if not rates:
-        rates, kinds = zip(*map(_differences, attitudes), strict=True)
-    rate, kind = np.concatenate(rates), np.concatenate(kinds)
-    q = np.concatenate([each.attitude for each in attitudes])
-    earlier = anchor - np.concatenate([each.times.seconds for each in attitudes])
-    moved = rotations.product(q[:, None], exponential(earlier[:, None, None] * rate))
-    return StartStates(moved.reshape(-1, 4), np.tile(rate, (len(q), 1)), np.tile(kind, len(q)))
-
-
 def _differences(each: Attitudes) -> tuple[np.ndarray, np.ndarray]:
-    """Mean rates (n, 3) between any two attitudes; between neighbours far apart also with a whole turn more.
+    """Mean rates (n, 3) between any two attitudes, and the number of whole turns that each has more, (n,).
 
-    The kind, (n,), is the number of turns.
+    Whole turns are tried between neighbours that are more than 2 rad apart, where one may have been missed.
     """
     seconds, first = np.unique(each.times.seconds, return_index=True)
     i, j = np.triu_indices(len(seconds), 1)
     interval = (seconds[j] - seconds[i])[:, None]
     turn = rotations.rotation_vectors(each.attitude[first[i]], each.attitude[first[j]])
     angle = np.linalg.norm(turn, axis=1, keepdims=True)
-    far = (j == i + 1) & (angle[:, 0] > LARGE_TURN)
+    far = (j == i + 1) & (angle[:, 0] > 2.0)
     whole = 2.0 * np.pi * turn[far] / angle[far]
     turns = np.concatenate(
         [turn / interval, (turn[far] - whole) / interval[far], (turn[far] + whole) / interval[far]]
     )
     return turns, np.repeat([0, -1, 1], [len(turn), len(whole), len(whole)])
-
-
-def _random_states(window: Sequence[ObservationSet], rates: Sequence[np.ndarray]) -> StartStates:
-    """Attitudes at random, with rates up to half a turn between neighbours where none was observed."""
-    if not any(isinstance(each, Directions) for each in window):
-        expected = "a motion to start from, beside rates and ranges, which do not show the attitude alone"
-        raise InputError("start", None, expected)
-    random = np.random.default_rng(0)
-    gaps = np.diff(np.unique(np.concatenate([each.times.seconds for each in window])))
-    limit = np.pi / np.median(gaps) if gaps.size else 0.0
-    q, w = random.normal(size=(RANDOM_STATES, 4)), random.normal(size=(RANDOM_STATES, 3))
-    w *= limit * random.random((RANDOM_STATES, 1)) / np.linalg.norm(w, axis=1, keepdims=True)
-    if rates:
-        observed = np.concatenate(rates)
-        w = observed[np.arange(RANDOM_STATES) % len(observed)]
-    return StartStates(q / np.linalg.norm(q, axis=1, keepdims=True), w, np.arange(RANDOM_STATES))
 
 
 def _costs(
@@ -224,16 +221,18 @@ def _improved(
 
     minima: list[StartCandidate] = []
     for state in states:
-        problem = Problem(window, state, groups, loss, anchor, PRIOR)
+        # what few observations do not see stays near the candidate's
+        problem = Problem(window, state, groups, loss, anchor, prior=0.5)
         try:
             with np.errstate(over="raise"):
                 x, _ = problem.minimize(np.zeros(len(problem.parameters.names)), None, 1e-6, 20)
         except (ToleranceError, FloatingPointError):
             continue  # it ran off, to rates or moments beyond any
         at_minimum, linear = problem.parameters.state(x), problem.at(x)
-        if not any(at_minimum.is_near(other.state, SAME) for other in minima):
+        if not any(at_minimum.is_near(other.state) for other in minima):
             squares = zip(window, linear.squares, strict=True)
-            is_met = np.concatenate([square <= chdtri(each.DEGREES, FAR) for each, square in squares])
+            # met: chance explains the residual, with a probability of 0.001
+            is_met = np.concatenate([square <= chdtri(each.DEGREES, 0.001) for each, square in squares])
             minima.append(StartCandidate(linear.cost, float(is_met.mean()), at_minimum))
     minima.sort(key=lambda each: each.cost)
     count = sum(map(len, window))

@@ -364,9 +364,10 @@ def test_all_parameters_that_are_wrong_are_named(client, document):
 @pytest.mark.parametrize(
     "query", ["source=ck&clock_id=x", "columns=time,colour", "frame=MARS", "inertia=1,2"]
 )
-def test_parameter_of_a_file_points_at_no_field_of_a_document(client, query):
-    files = {"file": ("a.bc", b"DAF/CK")}
-    assert assert_problem(client.post(f"/v1/convert?format=csv&{query}", files=files), 422)["pointer"] == ""
+def test_parameter_of_a_file_points_at_no_field_of_a_document(client, document, query):
+    file = ("a.csv", client.post("/v1/ephemeris?format=csv", json=document).content)
+    answer = client.post(f"/v1/convert?format=csv&{query}", files={"file": file})
+    assert assert_problem(answer, 422)["pointer"] == ""
 
 
 # -- cost -----------------------------------------------------------------------------------------
