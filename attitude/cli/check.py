@@ -7,14 +7,14 @@ from argparse import ArgumentParser, Namespace
 
 from . import arguments
 
-DESCRIPTION = (
-    "Read a file of attitudes and judge it: coverage, gaps, spacing, signs, unit length, rates against "
-    "differences of attitudes, and the error of its own interpolation.  Exit code 1 where something is off."
-)
-
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude check`."""
+    parser.description = (
+        "Read a file of attitudes and judge it: coverage, gaps, spacing, signs, unit length, rates against "
+        "differences of attitudes, and the error of its own interpolation.  Exit code 1 where something is "
+        "off."
+    )
     table = {
         "file FILE": "a file of attitudes",
         "--from F": "its format; by default from its ending",

@@ -19,7 +19,7 @@ from ..errors import AttitudeError, suggestion
 from ..version import __version__
 from .console import warnings_on_one_line
 
-BAD_INPUT, INTERRUPTED = 2, 130
+BAD_INPUT = 2  # exit code
 # The module of each command, and one line about it; a module is imported for its own command only.
 COMMANDS = {
     "run": ("run", "simulate a scene"),
@@ -37,8 +37,6 @@ COMMANDS = {
     "completion": ("", "print what makes a shell complete commands and options"),
     "help": ("", "explain a command"),
 }
-FILES = ("FILE", "SCENE", "DOCUMENT", "DIRECTORY", "A", "B")  # arguments that a shell completes by files
-SIGNED_OPTIONS = ("--axis", "--to", "--above-plane")  # whose values may begin with "-"
 # Flags of `attitude serve`: settings of the service by their names, which judges their values itself.
 SERVING = {
     "host": ("H", "address to listen at (ATTITUDE_HOST; 127.0.0.1)"),
@@ -77,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as error:
         if not error.args:  # a command that leaves something to go on from has said so
             print("attitude: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return 130  # as shells have it
     else:
         return code or 0
     return 0
@@ -91,7 +89,7 @@ def _joined(arguments: Sequence[str]) -> Iterator[str]:
         if pending and not is_value:
             yield pending
         word = f"{pending}={argument}" if is_value else argument
-        pending = word if word in SIGNED_OPTIONS else ""
+        pending = word if word in ("--axis", "--to", "--above-plane") else ""
         if not pending:
             yield word
     if pending:
@@ -143,7 +141,6 @@ def parser(*commands: str) -> _Parser:
             of_command.set_defaults(execute=_serve)
         else:
             module = import_module(f".{module_name}", __package__)
-            of_command.description = module.DESCRIPTION
             module.add_arguments(of_command)
             of_command.set_defaults(execute=module.execute)
     return whole
@@ -177,7 +174,7 @@ def _completion(options: argparse.Namespace) -> None:
         raise AttitudeError(f"completion needs {error.name}: pip install 'attitude[completion]'") from None
     whole = complete_parser()
     for action in whole.actions():
-        if action.metavar in FILES:
+        if action.metavar in ("FILE", "SCENE", "DOCUMENT", "DIRECTORY", "A", "B"):
             action.complete = shtab.FILE  # type: ignore[attr-defined]
     print(shtab.complete(whole, options.shell))
 

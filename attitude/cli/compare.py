@@ -7,14 +7,14 @@ from argparse import ArgumentParser, Namespace
 
 from . import arguments, console
 
-DESCRIPTION = (
-    "Bring two files of attitudes to one frame and to the instants of the first, and tell the greatest and "
-    "the rms rotation between them, and of rates.  Exit code 1 where the rotation exceeds --tolerance."
-)
-
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude compare`."""
+    parser.description = (
+        "Bring two files of attitudes to one frame and to the instants of the first, and tell the greatest "
+        "and the rms rotation between them, and of rates.  Exit code 1 where the rotation exceeds "
+        "--tolerance."
+    )
     table = {
         "first A": "a file of attitudes",
         "second B": "another, of any format",

@@ -14,10 +14,6 @@ from ..errors import AttitudeWarning
 if TYPE_CHECKING:
     from argparse import Namespace
 
-UNKNOWN_LEAP_SECONDS = (
-    "UTC of years whose leap seconds are not known: TAI - UTC is that of the nearest known year"
-)
-
 
 def warn(text: str) -> None:
     """Print a line to standard error."""
@@ -99,7 +95,8 @@ def warnings_on_one_line() -> Iterator[None]:
             warn(str(message))
         elif category.__name__ == "ErfaWarning" and "dubious year" in str(message):
             if not is_year_announced:
-                warn(UNKNOWN_LEAP_SECONDS)
+                cure = "TAI - UTC is that of the nearest known year"
+                warn(f"UTC of years whose leap seconds are not known: {cure}")
             is_year_announced = True
         else:
             python_shows(message, category, *source, **more)

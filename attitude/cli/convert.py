@@ -7,14 +7,14 @@ from argparse import ArgumentParser, Namespace
 from . import arguments, console
 from .run import report_interpolation
 
-DESCRIPTION = (
-    "Read a file in any of the formats, and write its ephemeris in another format or frame, at its own "
-    "instants or others; between its own it is interpolated as it states, by slerp where it states nothing."
-)
-
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude convert`."""
+    parser.description = (
+        "Read a file in any of the formats, and write its ephemeris in another format or frame, at its own "
+        "instants or others; between its own it is interpolated as it states, by slerp where it states "
+        "nothing."
+    )
     table = {
         "files FILE": "a file of attitudes; several that follow each other are joined",
         "--from F": "its format; by default from its ending",

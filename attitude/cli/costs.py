@@ -9,16 +9,16 @@ from typing import Any
 from ..errors import InputError
 from . import arguments, console
 
-DESCRIPTION = (
-    "Measure accuracy and cost of this library, of integrators and of other libraries on a scene's own body "
-    "and state, as a table; or, with --hard, accuracy on the hardest motions there are."
-)
 # Files that the command writes, and the report's method that makes each.
 REPORTS = {"json": "to_json", "csv": "to_csv", "markdown": "markdown"}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude cost`."""
+    parser.description = (
+        "Measure accuracy and cost of this library, of integrators and of other libraries on a scene's own "
+        "body and state, as a table; or, with --hard, accuracy on the hardest motions there are."
+    )
     table = {
         "scene SCENE": arguments.SCENE,
         "--hard": "the hard ladders, instead of a scene",

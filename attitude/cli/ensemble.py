@@ -6,15 +6,14 @@ from argparse import ArgumentParser, Namespace
 
 from . import arguments, console
 
-DESCRIPTION = (
-    "Move many bodies, drawn about a scene's or read from a table. Print statistics of their attitudes at "
-    "the scene's instants, or store all attitudes and rates. A run that was interrupted goes on where it "
-    "ended when the same command is given once more."
-)
-
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude ensemble`."""
+    parser.description = (
+        "Move many bodies, drawn about a scene's or read from a table. Print statistics of their attitudes "
+        "at the scene's instants, or store all attitudes and rates. A run that was interrupted goes on "
+        "where it ended when the same command is given once more."
+    )
     table = {
         "document DOCUMENT": arguments.SCENE + ", or a document of an ensemble, which has a scene in it",
         "-o --output DIRECTORY": "NAME.zarr or NAME.parquet: store attitudes and rates there",

@@ -16,7 +16,7 @@ from ..documents.files import files_in
 from ..ensemble import engine, storage
 from ..ensemble.block_motion import is_free
 from ..ensemble.density import BODY_AXES
-from ..ensemble.ensemble import LOST_BODIES, Ensemble
+from ..ensemble.ensemble import Ensemble
 from ..ensemble.execution import RunSummary
 from ..ensemble.redraws import note
 from ..ensemble.statistics import Statistics
@@ -36,6 +36,7 @@ def carry_out(options: Namespace, text: str | bytes, source: str) -> None:
     and a run that is interrupted are reported on standard error.
     """
     _check(options)
+    lost_bodies = "leave out" if options.leave_out_lost_bodies else "stop"
     with files_in(Path(source).parent):
         ensemble = ensemble_of(options, text, source)
     for line in str(ensemble.left_out).splitlines() if ensemble.left_out.count else ():
@@ -44,9 +45,7 @@ def carry_out(options: Namespace, text: str | bytes, source: str) -> None:
         redraws = _store(ensemble, options).redraws
     if options.output is None or options.statistics is not None or options.plot is not None:
         with progress_bar(options) as progress:
-            statistics = ensemble.statistics(
-                None, options.scheduler, options.workers, progress, _lost_bodies(options)
-            )
+            statistics = ensemble.statistics(None, options.scheduler, options.workers, progress, lost_bodies)
         redraws = statistics.redraws
         if len(statistics.lost):
             names = ", ".join(map(str, statistics.lost[:10].tolist()))
@@ -58,7 +57,7 @@ def carry_out(options: Namespace, text: str | bytes, source: str) -> None:
             else:
                 write_whole([_encoder(options.statistics)(statistics)], options.statistics)
         if options.plot is not None:
-            _draw(ensemble, statistics, options)
+            _draw(ensemble, statistics, options, lost_bodies)
     if note(redraws):
         warn(str(redraws))
 
@@ -159,10 +158,6 @@ def _table(name: str) -> Any:
 # -- results ----------------------------------------------------------------------------------------
 
 
-def _lost_bodies(options: Namespace) -> str:
-    return LOST_BODIES[1] if options.leave_out_lost_bodies else LOST_BODIES[0]
-
-
 def _store(ensemble: Ensemble, options: Namespace) -> RunSummary:
     where = options.output, options.overwrite, options.scheduler, options.workers
     try:
@@ -176,16 +171,14 @@ def _store(ensemble: Ensemble, options: Namespace) -> RunSummary:
     return result
 
 
-def _draw(ensemble: Ensemble, statistics: Statistics, options: Namespace) -> None:
+def _draw(ensemble: Ensemble, statistics: Statistics, options: Namespace, lost_bodies: str) -> None:
     """The picture, at the last of the statistics' instants."""
     from ..ensemble.plot import picture
 
     axis = options.axis or "least"
     last = statistics.instants[-1:]
     with progress_bar(options) as progress:
-        density = ensemble.density(
-            last, axis, options.scheduler, options.workers, progress, _lost_bodies(options)
-        )
+        density = ensemble.density(last, axis, options.scheduler, options.workers, progress, lost_bodies)
     flips = None
     if is_free(ensemble.scene):
         flips = ensemble.flips(3, 0, min(ensemble.size, 200_000))

@@ -10,16 +10,17 @@ from pathlib import Path
 from ..errors import InputError, unknown_name
 from . import arguments, console
 
-DESCRIPTION = (
-    "Fit the free rotation of a body to observations of it: print the estimate with its standard deviations, "
-    "outliers, and what the data do not see; write the scene, to go on from with `attitude run`."
-)
 RATE = 'an angular velocity above 0, such as "0.01 deg/s" (without a unit: rad/s)'
 KINDS = ("attitudes", "rates", "directions", "ranges")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude fit`."""
+    parser.description = (
+        "Fit the free rotation of a body to observations of it: print the estimate with its standard "
+        "deviations, outliers, and what the data do not see; write the scene, to go on from with `attitude "
+        "run`."
+    )
     table = {
         "document DOCUMENT": "a scene document, or a built-in scene; attitude and rate, where it has them, "
         "are the start",

@@ -6,14 +6,13 @@ from argparse import ArgumentParser, Namespace
 
 from . import arguments, console
 
-DESCRIPTION = (
-    "Tell which effects a run would simulate and on what, which not and why, how large the torques are, by "
-    "which solver and step, and what that is predicted to cost and to be worth."
-)
-
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude plan`."""
+    parser.description = (
+        "Tell which effects a run would simulate and on what, which not and why, how large the torques "
+        "are, by which solver and step, and what that is predicted to cost and to be worth."
+    )
     table = {
         "scene SCENE": arguments.SCENE,
         "--drop-below TOL": arguments.DROP_BELOW,

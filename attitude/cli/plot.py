@@ -13,14 +13,14 @@ from . import arguments, console
 if TYPE_CHECKING:
     from ..ephemeris import Ephemeris
 
-DESCRIPTION = (
-    "Draw the components of the attitude and of the body rate in time, with what happened marked; of a fall "
-    "to the ground, the attitude with gravity, without, and by the closed form; or what --what names."
-)
-
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude plot`."""
+    parser.description = (
+        "Draw the components of the attitude and of the body rate in time, with what happened marked; of a "
+        "fall to the ground, the attitude with gravity, without, and by the closed form; or what --what "
+        "names."
+    )
     table = {
         "scene SCENE": f"{arguments.SCENE}, or a file of attitudes in any format that is read",
         "--what LIST": "what is drawn, such as euler:ZYX,angle:z:sun,rates,polhode: the columns of "

@@ -13,11 +13,10 @@ if TYPE_CHECKING:
     from ..formats.interpolation_nodes import Written
     from ..samples.ephemeris_data import EphemerisData
 
-DESCRIPTION = "Simulate a scene and write its ephemeris."
-
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude run`."""
+    parser.description = "Simulate a scene and write its ephemeris."
     table = {
         "scene SCENE": arguments.SCENE,
         **arguments.OUTPUT,

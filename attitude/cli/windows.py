@@ -11,17 +11,16 @@ from typing import Any
 from ..errors import FormatError, InputError
 from . import arguments, console
 
-DESCRIPTION = (
-    "Find the intervals, within the scene's instants, in which a condition holds: an axis near a target or "
-    "far from it, on one side of a plane, the body in shadow; or a condition of JSON, with and, or, not.  "
-    "None that is wider than --width is missed."
-)
 FORMATS = ("table", "csv", "json")
-DIRECT = ("axis", "to", "below", "above", "above_plane", "shadow")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `attitude windows`."""
+    parser.description = (
+        "Find the intervals, within the scene's instants, in which a condition holds: an axis near a "
+        "target or far from it, on one side of a plane, the body in shadow; or a condition of JSON, with "
+        "and, or, not.  None that is wider than --width is missed."
+    )
     table = {
         "scene SCENE": arguments.SCENE,
         "--axis AXIS": "x, y, z, -x, -y, -z, or three numbers with commas",
@@ -78,7 +77,8 @@ def _document(options: Namespace) -> Any:
     """The condition as plain data: of the options for one of an axis, or of --condition."""
     from ..documents.fields import parse_json
 
-    direct = [name for name in DIRECT if getattr(options, name) is not None]
+    names = ("axis", "to", "below", "above", "above_plane", "shadow")
+    direct = [name for name in names if getattr(options, name) is not None]
     if options.condition is not None:
         if direct:
             raise InputError(f"--{direct[0].replace('_', '-')}", "a value", "none beside --condition")

@@ -6,6 +6,8 @@ from typing import Literal, NotRequired
 
 from typing_extensions import TypedDict
 
+Status = Literal["measured", "absent", "failed", "not run"]
+
 
 class HorizonUnit(TypedDict):
     """The unit of the horizons."""
@@ -28,7 +30,7 @@ class CostCell(TypedDict):
     family: str
     setting: str
     horizon: float
-    status: Literal["measured", "absent", "failed", "not run"]
+    status: Status
     detail: str
     predicted_s: float | None
     attitude_error_rad: float | None

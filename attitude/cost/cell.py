@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .answers import Status
 from .method import method_name
 from .records import Records
-
-MEASURED, ABSENT, FAILED, NOT_RUN = "measured", "absent", "failed", "not run"
 
 LOST = 1.0  # rad; an attitude with a greater error is lost, and longer horizons are not run
 # rad; in logarithms an error of exactly zero counts as this, far below a double's last place.
@@ -35,7 +34,7 @@ class Cell:
     family: str
     setting: str
     horizon: float
-    status: str
+    status: Status
     detail: str = ""
     predicted_s: float | None = None
     attitude_error_rad: float | None = None
@@ -50,6 +49,15 @@ class Cell:
     def method(self) -> str:
         """Family and setting in one line."""
         return method_name(self.family, self.setting)
+
+    @property
+    def loss(self) -> str:
+        """Why longer horizons are not worth running; empty where they are."""
+        if self.status == "failed":
+            return f"failed over {self.horizon:.15g} already"
+        if (error := self.attitude_error_rad or 0.0) > LOST:
+            return f"attitude lost over {self.horizon:.15g} already, {error:.1f} rad off"
+        return ""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from ..times.instants import as_instants
 from .initial_value_problem import InitialValueProblem
 
 MAX_TRUTH_INSTANTS = 30
-BLOCK_SAMPLES = 1 << 14  # whose errors are computed at once, in numbers of 16 bytes
 # Errors are computed in the longest floats, on moments and rates scaled to order one: on most machines the
 # rounding of the computation itself is then below that of the methods.
 LONG = np.longdouble
@@ -169,9 +168,11 @@ class TrueQuantities:
         """Largest errors of energy and momentum vector, relative to the largest; scaled ones for rest."""
         attitudes, rates = attitudes[self.indices], rates[self.indices]
         energy_off, momentum_off = LONG(0.0), LONG(0.0)
-        for first in range(0, len(rates), BLOCK_SAMPLES):  # one block, where the truth has many rows
+        for first in range(
+            0, len(rates), 1 << 14
+        ):  # in numbers of 16 bytes; one, where the truth has many rows
             stopping.check()
-            block = slice(first, first + BLOCK_SAMPLES)
+            block = slice(first, first + (1 << 14))
             energy, momentum = self._energy_and_momentum(attitudes[block], rates[block])
             energy_off = max(energy_off, np.abs(energy - self.energy).max())
             momentum_off = max(momentum_off, np.sqrt(((momentum - self.momentum) ** 2).sum(axis=-1)).max())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
@@ -12,17 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
-from .cell import ABSENT, FAILED, MEASURED, NOT_RUN
 from .free_truth import Truth, true_attitudes
 from .hard_cases import Case, cases
 from .machine import machine, versions
 from .method import AbsentError, Method, method_name, quiet
 from .methods import select_methods
-from .records import Records
+from .records import Records, check_budget
 
-KIND = "attitude-hard/1"
-COMPARED = ("ours", "published", "dop853", "heyoka", "orekit")
 METHOD_WIDTH = 13  # of a column of the table
 
 
@@ -115,7 +110,7 @@ class HardReport(Records):
     def document(self) -> dict[str, Any]:
         """Plain data; what was not measured is None."""
         return {
-            "kind": KIND,
+            "kind": "attitude-hard/1",
             "seed": self.seed,
             "budget_s": self.budget_s,
             "machine": self.machine,
@@ -161,13 +156,10 @@ def hard(
     InputError : a budget or seed out of range, an unknown family.
     AttitudeError : mpmath is not installed.
     """
-    if not 0.0 < budget < math.inf:
-        raise InputError("budget", budget, "a number of seconds greater than zero")
-    if seed < 0:
-        raise InputError("seed", seed, "a whole number, not negative")
+    check_budget(budget, seed)
     compared = [
         select_methods([method])[-1] if isinstance(method, str) else method
-        for method in (COMPARED if methods is None else methods)
+        for method in (("ours", "published", "dop853", "heyoka", "orekit") if methods is None else methods)
     ]
     all_cases = cases(seed)
     trials = [Trial(method, all_cases[0]) for method in compared]
@@ -212,22 +204,22 @@ class Trial:
     def _outcome(self, case: Case, truth: Truth, left: float) -> tuple[str, str, float | None]:
         """Status, detail, error."""
         if self.absence:
-            return ABSENT, self.absence, None
+            return "absent", self.absence, None
         predicted = self.seconds_per_radian * case.radians
         if self.method.steps and predicted > left:
-            return NOT_RUN, f"would take {predicted:.2g} s of the {max(left, 0.0):.2g} s left", None
+            return "not run", f"would take {predicted:.2g} s of the {max(left, 0.0):.2g} s left", None
         start = perf_counter()
         try:
             attitudes, rates = _run(self.method, case)
         except Exception as error:
-            return FAILED, f"{type(error).__name__}: {error}", None
+            return "failed", f"{type(error).__name__}: {error}", None
         finally:
             seconds = perf_counter() - start
             self.spent, self.seconds_per_radian = self.spent + seconds, seconds / case.radians
         finite = np.isfinite(attitudes).all(axis=-1) & np.isfinite(rates).all(axis=-1)
         if not finite.all():
             return "NaN", f"not finite at {np.sum(~finite)} of {finite.size} instants", None
-        return MEASURED, "", truth.error(attitudes)
+        return "measured", "", truth.error(attitudes)
 
 
 def _run(method: Method, case: Case) -> tuple[np.ndarray, np.ndarray]:

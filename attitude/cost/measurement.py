@@ -22,22 +22,21 @@ from .. import stopping
 from ..errors import AttitudeError, InputError
 from ..motion import TorqueFreeMotion
 from . import free_truth, torque_truth
-from .cell import ABSENT, FAILED, LOST, MEASURED, NOT_RUN, Cell
+from .answers import Status
+from .cell import Cell
 from .free_truth import TrueQuantities, Truth
 from .initial_value_problem import InitialValueProblem, counted
 from .machine import machine, versions
 from .method import AbsentError, Method, Solve, quiet
 from .methods import FAMILIES, UNDER_TORQUES, select_methods
+from .records import check_budget
 from .report import Report
 
 if TYPE_CHECKING:
     from ..scene.scene import Scene
 
 SAMPLES, SAMPLES_UNDER_TORQUES = 100_000, 101
-MAX_SAMPLES = 10_000_000
 HORIZONS = (1.0, 1e2, 1e4, 1e6)
-
-MIN_MESSAGE_INTERVAL = 1.0  # s
 
 Samples = tuple[np.ndarray, np.ndarray]
 
@@ -98,7 +97,7 @@ def measure(
     quantities = [reference.quantities(problem, truth) for truth in truths]
     schedule = Schedule(problem, tuple(horizons), grids, (truths, quantities), started, budget, say)
     cells = schedule.run(selected)
-    if schedule.cheapest is not None and not any(cell.status == MEASURED for cell in cells):
+    if schedule.cheapest is not None and not any(cell.status == "measured" for cell in cells):
         needed = 1.2 * (perf_counter() - started + schedule.cheapest)
         unit = 10.0 ** (math.floor(math.log10(needed)) - 1)  # rounded up to two digits
         raise InputError("budget", budget, f"at least {math.ceil(needed / unit) * unit:g} s for this scene")
@@ -124,12 +123,9 @@ def measure(
 
 
 def _check(budget: float, samples: int, horizons: Sequence[float], seed: int) -> None:
-    if not 0.0 < budget < math.inf:
-        raise InputError("budget", budget, "a number of seconds greater than zero")
-    if not 2 <= samples <= MAX_SAMPLES:
-        raise InputError("samples", samples, f"a whole number from 2 to {MAX_SAMPLES}")
-    if seed < 0:
-        raise InputError("seed", seed, "a whole number, not negative")
+    check_budget(budget, seed)
+    if not 2 <= samples <= 10_000_000:
+        raise InputError("samples", samples, "a whole number from 2 to 10000000")
     ascending = all(a < b for a, b in zip((0.0, *horizons), (*horizons, math.inf), strict=True))
     if not horizons or not ascending:
         raise InputError("horizons", list(horizons), "numbers greater than zero, in ascending order")
@@ -210,7 +206,7 @@ class Schedule:
     def _try(self, number: int, method: Method) -> None:
         """Warm a method up and predict its first cell; where that fails, its cells say why."""
         if self.queue and self.left < 0.5 * self.budget:  # reserved for the methods already tried
-            self._fill(number, method, 0, NOT_RUN, "half the budget was used up before its trial")
+            self._fill(number, method, 0, "not run", "half the budget was used up before its trial")
             return
         self._announce(f"{method.name}: trial")
         part = max(0.01, 2.0 / self.grids[0].size)  # of the shortest horizon and of its samples
@@ -220,9 +216,9 @@ class Schedule:
             _, first_prepare, first_call = self._prepared_and_called(method, t)
             solve, setup, call = self._prepared_and_called(method, t)
         except AbsentError as error:
-            self._fill(number, method, 0, ABSENT, _one_line(error))
+            self._fill(number, method, 0, "absent", _one_line(error))
         except Exception as error:  # any exception of a method is its failure
-            self._fill(number, method, 0, FAILED, _one_line(error))
+            self._fill(number, method, 0, "failed", _one_line(error))
         else:
             predicted, first_use = call * self.grids[0].size / count, first_prepare + first_call
             heapq.heappush(self.queue, PendingCell(predicted, number, method, solve, setup, first_use))
@@ -249,16 +245,16 @@ class Schedule:
             _require_finite(samples, t)
             energy, momentum = self.quantities[j].errors(*samples)
             cell = self._record(
-                pending.number, method, j, MEASURED,
+                pending.number, method, j, "measured",
                 attitude_error_rad=self.truths[j].error(samples[0]), energy_error=energy,
                 momentum_error=momentum, ns_per_sample=seconds / t.size * 1e9, repeats=repeats,
                 setup_s=pending.setup_s, first_use_s=pending.first_use_s,
             )  # fmt: skip
         except Exception as error:
             seconds = pending.predicted_s
-            cell = self._record(pending.number, method, j, FAILED, _one_line(error))
-        if method.steps and (lost := _lost(cell)):  # longer horizons would fail in the same way
-            self._fill(pending.number, method, j + 1, NOT_RUN, lost)
+            cell = self._record(pending.number, method, j, "failed", _one_line(error))
+        if method.steps and (lost := cell.loss):  # longer horizons would fail in the same way
+            self._fill(pending.number, method, j + 1, "not run", lost)
         elif j + 1 < len(self.horizons):
             longer = self.horizons[j + 1] / self.horizons[j] if method.steps else 1.0
             pending.horizon, pending.predicted_s = j + 1, seconds * longer
@@ -285,15 +281,15 @@ class Schedule:
         for j in range(first, len(self.horizons)):
             longer = self.horizons[j] / self.horizons[first] if method.steps else 1.0
             beyond = "beyond the budget"
-            self._record(pending.number, method, j, NOT_RUN, beyond, predicted_s=predicted * longer)
+            self._record(pending.number, method, j, "not run", beyond, predicted_s=predicted * longer)
 
-    def _fill(self, number: int, method: Method, first: int, status: str, detail: str) -> None:
+    def _fill(self, number: int, method: Method, first: int, status: Status, detail: str) -> None:
         """Record the same status for all horizons from `first` on."""
         for j in range(first, len(self.horizons)):
             self._record(number, method, j, status, detail)
 
     def _record(
-        self, number: int, method: Method, j: int, status: str, detail: str = "", **numbers: Any
+        self, number: int, method: Method, j: int, status: Status, detail: str = "", **numbers: Any
     ) -> Cell:
         cell = Cell(method.family, method.setting, self.horizons[j], status, detail, **numbers)
         self.cells[number, j] = cell
@@ -303,18 +299,9 @@ class Schedule:
         """Report progress, at most once a second or before a long cell; raise where a stop is requested."""
         stopping.current().check()
         now = perf_counter()
-        if now - self.last_message >= MIN_MESSAGE_INTERVAL or seconds >= MIN_MESSAGE_INTERVAL:
+        if max(now - self.last_message, seconds) >= 1.0:
             self.last_message = now
             self.say(text)
-
-
-def _lost(cell: Cell) -> str:
-    """Why longer horizons are not worth running; empty where they are."""
-    if cell.status == FAILED:
-        return f"failed over {cell.horizon:.15g} already"
-    if (error := cell.attitude_error_rad or 0.0) > LOST:
-        return f"attitude lost over {cell.horizon:.15g} already, {error:.1f} rad off"
-    return ""
 
 
 def _require_finite(samples: Samples, t: np.ndarray) -> None:

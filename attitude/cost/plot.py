@@ -11,13 +11,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..plot.style import drawn
-from .cell import MEASURED, ZERO_ERROR, Cell, CostData
+from .cell import ZERO_ERROR, Cell, CostData
 from .initial_value_problem import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SIZE = (10.0, 10.2)  # inches
 # Colour, marker and dash pattern of each family's line.
 STYLES = (
     ("#000000", "o", "-"),
@@ -36,7 +35,7 @@ STYLES = (
 
 def draw_costs(report: CostData, ending: str) -> bytes:
     """The picture as the bytes of an "svg" or "png" file."""
-    return drawn(partial(draw_panels, report), SIZE, ending)
+    return drawn(partial(draw_panels, report), (10.0, 10.2), ending)
 
 
 def draw_panels(report: CostData, figure: Figure) -> None:
@@ -47,7 +46,7 @@ def draw_panels(report: CostData, figure: Figure) -> None:
     lines = {}
     for number, family in enumerate(dict.fromkeys(cell.family for cell in report.cells)):
         cells = tightest[family] = _tightest(report, family, horizon)
-        at = [cell for cell in report.at(horizon) if cell.family == family and cell.status == MEASURED]
+        at = [cell for cell in report.at(horizon) if cell.family == family and cell.status == "measured"]
         costs, errors = _costs_and_errors(cells)
         horizons = [cell.horizon for cell in cells]
         drawings = ("work", *_costs_and_errors(at)), ("error", horizons, errors), ("cost", horizons, costs)
@@ -86,7 +85,7 @@ def _fullest_horizon(report: CostData) -> float:
     """
 
     def measured(horizon: float) -> int:
-        cells = [cell for cell in report.at(horizon) if cell.status == MEASURED]
+        cells = [cell for cell in report.at(horizon) if cell.status == "measured"]
         return len({cell.family for cell in cells}) if report.effects else len(cells)
 
     return max(report.horizons, key=lambda horizon: (measured(horizon), horizon))
@@ -94,7 +93,7 @@ def _fullest_horizon(report: CostData) -> float:
 
 def _tightest(report: CostData, family: str, horizon: float) -> list[Cell]:
     """The measured cells of a family's tightest setting; of those measured over the horizon, if any."""
-    cells = [cell for cell in report.cells if cell.family == family and cell.status == MEASURED]
+    cells = [cell for cell in report.cells if cell.family == family and cell.status == "measured"]
     there = [cell for cell in cells if cell.horizon == horizon] or cells
     return [cell for cell in cells if cell.setting == there[-1].setting]
 

@@ -5,12 +5,23 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..errors import InputError
+
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
+
+
+def check_budget(budget: float, seed: int) -> None:
+    """InputError for a budget, s, that is none, or a negative seed."""
+    if not 0.0 < budget < math.inf:
+        raise InputError("budget", budget, "a number of seconds greater than zero")
+    if seed < 0:
+        raise InputError("seed", seed, "a whole number, not negative")
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,12 @@ from typing import cast
 import numpy as np
 
 from .answers import CostAnswer, CostCell, CostGrowth
-from .cell import ABSENT, LOST, MEASURED, ZERO_ERROR, Cell, CostData
+from .cell import LOST, ZERO_ERROR, Cell, CostData
 from .initial_value_problem import counted
 from .method import method_name
 
 WIDTH = 110  # of a table, in characters
 ROW = "{:<37}{:>13}{:>11}{:>11}{:>13}{:>12}{:>8}"
-TITLES = ("attitude, rad", "energy", "momentum", "ns a sample", "set-up, s", "repeats")
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class Report(CostData):
         """One Growth for each method with a measured cell."""
         methods: dict[tuple[str, str], list[Cell]] = {}
         for cell in self.cells:
-            if cell.status == MEASURED:
+            if cell.status == "measured":
                 methods.setdefault((cell.family, cell.setting), []).append(cell)
         growths = []
         for method, cells in methods.items():
@@ -77,9 +76,10 @@ class Report(CostData):
     def table(self) -> str:
         """Table for a terminal 110 columns wide."""
         lines = [*_wrapped(self.header())]
+        titles = ("attitude, rad", "energy", "momentum", "ns a sample", "set-up, s", "repeats")
         for horizon in self.horizons:
             count = f"{horizon:g}" if horizon < 1e4 else f"{horizon:.0e}".replace("e+0", "e")
-            lines += ["", ROW.format(f"horizon {count} = {horizon * self.unit_s:.3g} s", *TITLES)]
+            lines += ["", ROW.format(f"horizon {count} = {horizon * self.unit_s:.3g} s", *titles)]
             lines += [_row(cell) for cell in self.at(horizon)]
         growth_row = "{:<37}{:>13}{:>35}"
         lines += ["", growth_row.format("growth, as horizon to the power of", "attitude", "ns a sample")]
@@ -163,19 +163,19 @@ def _wrapped(lines: Iterable[str]) -> Iterator[str]:
 
 def _row(cell: Cell) -> str:
     name = _cut(cell.method, 37)
-    if cell.status == MEASURED:
+    if cell.status == "measured":
         errors = map(_error, (cell.attitude_error_rad, cell.energy_error, cell.momentum_error))
         return ROW.format(name, *errors, _three(cell.ns_per_sample), f"{cell.setup_s:.1e}", cell.repeats)
     if cell.predicted_s is not None:
         reason = f"{cell.status}, predicted {cell.predicted_s:.1e} s"
     else:  # an absent method's detail says so itself
-        reason = cell.detail if cell.status == ABSENT else f"{cell.status}: {cell.detail}"
+        reason = cell.detail if cell.status == "absent" else f"{cell.status}: {cell.detail}"
     return f"{name:<37}  {_cut(reason, WIDTH - 39)}"
 
 
 def _entry(cell: Cell) -> str:
     """Text of a cell in the Markdown table, with the reason in a word."""
-    if cell.status == MEASURED:
+    if cell.status == "measured":
         return f"{_error(cell.attitude_error_rad)}, {_three(cell.ns_per_sample)}"
     if cell.predicted_s is not None:
         return f"not run ({_three(cell.predicted_s)} s)"

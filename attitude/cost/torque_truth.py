@@ -19,7 +19,6 @@ from .methods import library_solvers, torques
 if TYPE_CHECKING:
     from ..orbit.kepler import Kepler
 
-TAYLOR_DIGITS = 18
 TOLERANCE = 1e-14  # error of the extrapolation in a radian
 
 
@@ -113,16 +112,17 @@ def by_oracle(problem: InitialValueProblem, instants: np.ndarray) -> TrueSamples
         (x, y, z), (a, b, c) = state.rate, state.momentum
         return x + alpha * (b * z - c * y), y + alpha * (c * x - a * z), z + alpha * (a * y - b * x)
 
+    digits = 18
     with exclusive_oracle():
         from mpmath import mp
 
         from ..oracle.torque_motion import TorqueMotion
 
         motion = TorqueMotion(
-            inertia.tolist(), own, problem.attitude.tolist(), terms, orbit_of(environment), TAYLOR_DIGITS
+            inertia.tolist(), own, problem.attitude.tolist(), terms, orbit_of(environment), digits
         )
         states = motion.states(instants.tolist())
-        with mp.workdps(TAYLOR_DIGITS + 10):
+        with mp.workdps(digits + 10):
             rates = np.array([[long_double(w) for w in attitude_rate(state)] for state in states], dtype=LONG)
     return [state.attitude for state in states], rates, "Taylor, eighteen digits", 0.0
 

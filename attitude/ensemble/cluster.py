@@ -19,10 +19,6 @@ Result = TypeVar("Result")
 
 SCHEDULER_ADDRESS = "the address of a running Dask cluster, such as tcp://10.0.0.1:8786"
 TASKS_PER_THREAD = 2  # submitted at a time: one that runs, and one that waits for it
-# A submission costs scheduler and client some milliseconds, whatever it computes.  So it is a batch of
-# tasks: this fraction of the remaining tasks, divided by the threads, so that all finish together.
-MAX_TASKS_PER_BATCH = 16
-REMAINING_PER_BATCH = 4
 CONNECT_TIMEOUT = "10 s"  # of the scheduler, and until it has a worker
 
 
@@ -102,12 +98,16 @@ class _ClusterMap:
                 self._client.cancel([*self._pending, self._work], force=True)
 
     def _submit(self, tasks: Sequence[Any], submitted: int) -> int:
-        """Submit what keeps the present workers busy; returns how many tasks are submitted then."""
+        """Submit what keeps the present workers busy; returns how many tasks are submitted then.
+
+        A submission costs scheduler and client some milliseconds, whatever it computes.  So it is a batch of
+        tasks: a fourth of the remaining ones, divided by the threads, so that all finish together.
+        """
         with self._loss_named():
             threads = max(1, sum(self._client.nthreads().values()))
         while submitted < len(tasks) and len(self._pending) < TASKS_PER_THREAD * threads:
-            share = (len(tasks) - submitted) // (REMAINING_PER_BATCH * threads)
-            batch = tasks[submitted : submitted + min(max(share, 1), MAX_TASKS_PER_BATCH)]
+            share = (len(tasks) - submitted) // (4 * threads)
+            batch = tasks[submitted : submitted + min(max(share, 1), 16)]
             key = f"{self._name}-{submitted}"
             future = self._client.submit(_compute, __version__, self._work, batch, key=key, pure=False)
             self._pending[future] = batch

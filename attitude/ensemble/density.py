@@ -17,7 +17,6 @@ from .redraws import Redraws, note
 from .sources.states import StateSource
 
 ROWS, COLUMNS = 60, 120  # of equal steps in z, and in longitude
-MAX_ATTITUDES = 2**18  # at a time: 8 MiB
 BODY_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 PRINCIPAL = ("least", "middle", "greatest")
 AXES = f"one of {', '.join([*BODY_AXES, *PRINCIPAL])} (moment), or three numbers that are not all zero"
@@ -108,7 +107,7 @@ class CellCounter:
     def __call__(self, bodies: tuple[int, int]) -> tuple[np.ndarray, list[int]]:
         """Return counts and left-out bodies of those from first to last."""
         counts = np.zeros((self.instants.seconds.size, ROWS * COLUMNS), np.int64)
-        size, lost = max(MAX_ATTITUDES // len(counts), 1), list[int]()
+        size, lost = max(2**18 // len(counts), 1), list[int]()  # attitudes of 8 MiB at a time
         for first in range(*bodies, size):
             states = self.source.part(first, min(first + size, bodies[1]))
             motion = motion_of(self.scene, states, self.instants, first, False, self.choice, self.leave_out)

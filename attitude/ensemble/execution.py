@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from .sources.states import States
     from .storage.store_head import Head, StoreTarget
 
-HASHED_BODIES = 4096  # at a time
-
 
 class StoreOptions(TypedDict, total=False):
     """What a run stores: rates too (`rate`, by default True), and how many bodies in a chunk (`chunk`)."""
@@ -156,8 +154,8 @@ def identity(source: Any) -> dict[str, Any]:
     if plain.get("kind") != "table":
         return plain
     digest = hashlib.sha256()
-    for first in range(0, source.size, HASHED_BODIES):
-        states = source.part(first, min(first + HASHED_BODIES, source.size))
+    for first in range(0, source.size, 4096):
+        states = source.part(first, min(first + 4096, source.size))
         for array in (states.body.tensor, states.attitude, states.angular_velocity):
             digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
     return plain | {"states": digest.hexdigest()}

@@ -10,9 +10,6 @@ from ..rigid_body.constants_of_motion import Batch
 from ..rigid_body.gyrostat_constants import GyrostatBatch
 from ..times.instants import Instants
 
-GRID = 512  # instants of a period, between two of which the rate changes its sign once at most
-WINDOW = 15.0  # the argument on a separatrix from where rates only fall, down to rounding at twice as much
-
 
 def flips(motion: TorqueFreeMotion, count: int) -> np.ndarray:
     """(..., count), s: the first instants after the epoch at which that rate changes sign, eq. (E9).
@@ -46,7 +43,8 @@ def flips_of_gyrostats(motion: GyrostatBatch, count: int) -> np.ndarray:
         if record["regime"] == GyrostatRegime.CONSTANT:
             continue
         returns = bool(np.isfinite(record["period"]))
-        window = (WINDOW + abs(record["argument0"][0])) / abs(record["argument"][0])
+        # on a separatrix rates only fall from the argument 15 on, down to rounding at twice as much
+        window = (15.0 + abs(record["argument0"][0])) / abs(record["argument"][0])
         span = 2.0 * float(record["period"]) if returns else float(window)
         roots = _roots(body, span)
         if roots.size:
@@ -64,7 +62,7 @@ def _roots(body: Batch, span: float) -> np.ndarray:
         rates: np.ndarray = body.sample(Instants(seconds, None, None), quaternion=False, rate=True)[1]
         return rates @ axis
 
-    grid = span * np.arange(GRID + 1) / GRID
+    grid = span * np.arange(513) / 512  # between two of them the rate changes its sign once at most
     values = rate(grid)
     # one that begins at zero flips after it, not then
     values[0] = rate(1e-9 * grid[1:2])[0] if values[0] == 0.0 else values[0]

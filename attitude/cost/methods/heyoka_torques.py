@@ -16,10 +16,6 @@ from ..initial_value_problem import InitialValueProblem, TorqueEnvironment, envi
 from ..method import AbsentError
 from . import torques
 
-SUPPORTED_TORQUES = (
-    *("constant_torque", "gravity_gradient", "eddy_damping", "dissipation", "wheels", "magnetic_dipole"),
-)
-
 
 def equations_of_motion(
     problem: InitialValueProblem,
@@ -33,8 +29,9 @@ def equations_of_motion(
     import heyoka
 
     environment = environment_of(problem)
+    smooth = "constant_torque", "gravity_gradient", "eddy_damping", "dissipation", "wheels", "magnetic_dipole"
     for torque in environment.torques:
-        if torque.type not in SUPPORTED_TORQUES or torque.intervals(environment.initial_state) is not None:
+        if torque.type not in smooth or torque.intervals(environment.initial_state) is not None:
             raise AbsentError(f"heyoka cannot integrate {torque.type} here: it is not smooth in time")
     course = environment.initial_state.orbit_path
     if course is not None and int(course.numbers[0]) != OrbitCode.KEPLER:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -24,29 +25,30 @@ from ...problem.torque_rows import number_pieces
 from ..initial_value_problem import InitialValueProblem, TorqueEnvironment, environment_of
 from .euler import kernel, routine
 
-ASTRONOMICAL_UNIT = 149597870700.0
 TURN = 2.0 * np.pi
 
-# Codes of this file, so that numba's cache depends on nothing outside it.
-BODY_FIXED, INERTIAL, GRADIENT, EDDY, MAGNETIC, SOLAR_PLATE, DRAG_PLATE, INTERNAL = range(8)
-AIR_START, AIR_SCALE, AIR_POWERS, AIR_FIRST, AIR_COUNT = 0, 1, 2, 14, 15
-TORQUE_CODES: dict[int, int] = {
-    EffectCode.CONSTANT_BODY: BODY_FIXED,
-    EffectCode.CONSTANT_INERTIAL: INERTIAL,
-    EffectCode.GRAVITY_GRADIENT: GRADIENT,
-    EffectCode.EDDY: EDDY,
-    EffectCode.MAGNETIC: MAGNETIC,
-    EffectCode.SOLAR_PLATE: SOLAR_PLATE,
-    EffectCode.DRAG_PLATE: DRAG_PLATE,
-    EffectCode.WHEELS: INTERNAL,
-    EffectCode.DISSIPATION: INTERNAL,
-}
-NO_ORBIT, ELLIPSE, PIECEWISE = range(3)
-ORBIT_CODES: dict[int, int] = {
-    OrbitCode.NONE: NO_ORBIT,
-    OrbitCode.KEPLER: ELLIPSE,
-    OrbitCode.TABLE: PIECEWISE,
-}
+
+# Codes of this file, by the library's names, so that numba's cache depends on nothing outside it.
+class Effect(IntEnum):
+    """The first number of an effect's row."""
+
+    CONSTANT_BODY = 0
+    CONSTANT_INERTIAL = 1
+    GRAVITY_GRADIENT = 2
+    EDDY = 3
+    MAGNETIC = 4
+    SOLAR_PLATE = 5
+    DRAG_PLATE = 6
+    WHEELS = 7
+    DISSIPATION = 8
+
+
+class Orbit(IntEnum):
+    """The first number of an orbit."""
+
+    NONE = 0
+    KEPLER = 1
+    TABLE = 2
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,7 @@ class TorqueEquations:
             initial_state.moments, axes.apply(problem.angular_velocity, inverse=True), rotors, alpha
         )
         body = np.concatenate([initial_state.moments, rotors, [alpha, second]])
-        table[:, 0] = [TORQUE_CODES[int(code)] for code in table[:, 0]]
+        table[:, 0] = [Effect[EffectCode(int(code)).name] for code in table[:, 0]]
         start = np.concatenate([attitude, rate / second])
         arguments = body, table, *_orbit_and_sun(environment), air
         return cls(start, second, arguments, axes, initial_state.moments, rotors, alpha)
@@ -146,7 +148,7 @@ def _orbit_and_sun(environment: TorqueEnvironment) -> tuple[np.ndarray, ...]:
     sun, sun_pieces = np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))
     if course is not None:
         orbit, orbit_pieces = course.numbers.copy(), course.coefficients
-    orbit[0] = ORBIT_CODES[int(orbit[0])]
+    orbit[0] = Orbit[OrbitCode(int(orbit[0])).name]
     for torque in environment.torques:
         if (pieces := torque.sun(initial_state)) is not None:
             sun, sun_pieces = np.array([pieces.start, pieces.length, 1.0]), pieces.coefficients
@@ -209,7 +211,7 @@ def three(row, first):
 @routine
 def on_orbit(orbit, pieces, t):
     """Position and velocity on the orbit, m and m/s."""
-    if orbit[0] == PIECEWISE:
+    if orbit[0] == Orbit.TABLE:
         return on_pieces(pieces, orbit[1], orbit[2], t)
     a, e, rate = orbit[1], orbit[2], orbit[6]
     turns = orbit[3] + t * orbit[4] + t * orbit[5]
@@ -275,19 +277,22 @@ def solar_plate(row, q, to_sun):
     shorter = inverse_length(to_sun)
     s = to_body(q, plus((0.0, 0.0, 0.0), to_sun, shorter))
     cosine = max(dot(n, s), 0.0)
-    pressure = row[10] * (ASTRONOMICAL_UNIT * shorter) ** 2
+    pressure = row[10] * (149597870700.0 * shorter) ** 2  # at 1 au
     push = plus(plus((0.0, 0.0, 0.0), s, 1.0 - specular), n, 2.0 * (specular * cosine + diffuse / 3.0))
     return plus((0.0, 0.0, 0.0), cross(three(row, 4), push), -pressure * area * cosine)
 
 
 @routine
 def log_density(air, first, count, t):
-    """Logarithm of the density, kg/m3, on the last of the pieces that begins before t, or the first."""
+    """Logarithm of the density, kg/m3, on the last of the pieces that begins before t, or the first.
+
+    A piece is its start, a factor of time, and coefficients of the powers of the time so scaled.
+    """
     piece = first
-    while piece + 1 < first + count and air[piece + 1, AIR_START] <= t:
+    while piece + 1 < first + count and air[piece + 1, 0] <= t:
         piece += 1
-    x, value = (t - air[piece, AIR_START]) * air[piece, AIR_SCALE] - 1.0, 0.0
-    for k in range(air.shape[1] - 1, AIR_POWERS - 1, -1):
+    x, value = (t - air[piece, 0]) * air[piece, 1] - 1.0, 0.0
+    for k in range(air.shape[1] - 1, 1, -1):
         value = value * x + air[piece, k]
     return value
 
@@ -299,7 +304,7 @@ def drag_plate(row, q, t, r, v, air):
     wind = plus(v, cross(three(row, 11), r), -1.0)
     speed = np.sqrt(dot(wind, wind))
     ahead = to_body(q, plus((0.0, 0.0, 0.0), wind, 1.0 / speed))
-    first, count = int(row[AIR_FIRST]), int(row[AIR_COUNT])
+    first, count = int(row[14]), int(row[15])
     exponent = log_density(air, first, count, t) if count > 0 else (reference - np.sqrt(dot(r, r))) / height
     density *= np.exp(exponent)
     push = -0.5 * density * speed**2 * area * max(dot(n, ahead), 0.0)
@@ -310,19 +315,19 @@ def drag_plate(row, q, t, r, v, air):
 def torque(row, moments, q, w, t, place, s, air):  # noqa: PLR0911 (a return for each effect)
     """Torque of one effect, N m, body frame."""
     code, (r, v) = row[0], place
-    if code == BODY_FIXED:
+    if code == Effect.CONSTANT_BODY:
         return three(row, 1)
-    if code == INERTIAL:
+    if code == Effect.CONSTANT_INERTIAL:
         return to_body(q, three(row, 1))
-    if code == GRADIENT:
+    if code == Effect.GRAVITY_GRADIENT:
         return gravity_gradient(row, moments, q, r)
-    if code == EDDY:
+    if code == Effect.EDDY:
         return -dot(three(row, 1), w), -dot(three(row, 4), w), -dot(three(row, 7), w)
-    if code == MAGNETIC:
+    if code == Effect.MAGNETIC:
         return magnetic(row, q, r, t)
-    if code == SOLAR_PLATE:
+    if code == Effect.SOLAR_PLATE:
         return solar_plate(row, q, plus(s, r, -1.0))
-    if code == DRAG_PLATE:
+    if code == Effect.DRAG_PLATE:
         return drag_plate(row, q, t, r, v, air)
     return 0.0, 0.0, 0.0  # rotors and dissipation enter by the momentum
 
@@ -347,7 +352,7 @@ def slope(time, y, f, arguments):
     W = plus(w, inner, alpha)
     t = time / second
     r, v, s = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    if orbit[0] != NO_ORBIT:
+    if orbit[0] != Orbit.NONE:
         r, v = on_orbit(orbit, pieces, t)
     if sun[2] != 0.0:
         s, _ = on_pieces(sun_pieces, sun[0], sun[1], t)
@@ -375,7 +380,6 @@ def derivative(time, y, arguments):
 
 # Extrapolation magnifies rounding: of 4 to 8 columns, 4 come nearest to the oracle.
 COLUMNS = 4
-MIN_STEP = 1e-9
 
 
 @routine
@@ -438,7 +442,7 @@ def extrapolated(start, begin, end, instants, tolerance, out, arguments, halted)
         ends = h >= left
         step = left if ends else h
         difference = extrapolated_step(time, y, step, arguments, table, work)
-        if difference > tolerance * step and step > MIN_STEP:
+        if difference > tolerance * step and step > 1e-9:
             h = step * max(0.2, 0.9 * (tolerance * step / difference) ** root)
             continue
         increment = table[0].copy()

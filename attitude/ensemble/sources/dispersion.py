@@ -17,12 +17,8 @@ from ...scene.scene import Scene
 from .states import MAX_BODIES, States
 from .streams import check_seed, key_words
 
-MAX_SPREAD = 1e50
-PLAIN_RATIO_LIMIT = 1.0  # a greater ratio without "%" is a percentage whose unit was forgotten
-MAX_USUAL_RATIO = 0.5  # relative spreads above it cause a warning
 TALLIED_BODIES = 2**16  # at a time
 TALLY_UNIT = 2.0**-36  # of deviates as whole numbers
-TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 # Dimension of each spread, and an example.
 SPREADS = {
     "moments": (units.RATIO, '"2 %"'),
@@ -49,13 +45,13 @@ def spread(value: Any, field: str) -> np.ndarray:
 
 def one_spread(value: Any, field: str, path: str) -> float:
     """Return one standard deviation, SI; `path` names it in errors."""
-    dimension, example = SPREADS[field]
-    expected = f"a spread from 0 to {MAX_SPREAD:g} in its unit, such as {example}"
+    (dimension, example), most = SPREADS[field], 1e50
+    expected = f"a spread from 0 to {most:g} in its unit, such as {example}"
     number: Any = value[()] if isinstance(value, np.ndarray) and np.ndim(value) == 0 else value
     unit = ""
     factor: float = 1  # an int, for integers that no double holds
     if isinstance(number, str):
-        match = TEXT.fullmatch(number)
+        match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", number)
         if match is None:
             raise InputError(path, value, expected)
         number, unit = float(match[1]), match[2]
@@ -65,14 +61,14 @@ def one_spread(value: Any, field: str, path: str) -> float:
         factor = units.parse_unit(unit, dimension, path)
     number = number.item() if isinstance(number, np.generic) else number
     plain = isinstance(number, (int, float)) and not isinstance(number, bool)
-    if not plain or not 0.0 <= number * factor <= MAX_SPREAD:
+    if not plain or not 0.0 <= number * factor <= most:
         raise InputError(path, value, expected)
     ratio = float(number * factor)
-    # a ratio whose unit is a plain number, such as none at all
-    if dimension is units.RATIO and ratio >= PLAIN_RATIO_LIMIT and not getattr(u.Unit(unit), "bases", True):
+    # a ratio whose unit is a plain number, such as none at all: from 1 on it is a percentage without its unit
+    if dimension is units.RATIO and ratio >= 1.0 and not getattr(u.Unit(unit), "bases", True):
         meant = f'"{number:g} %" if that is meant, or "{100.0 * ratio:g} %"'
-        limit = f"a ratio below {PLAIN_RATIO_LIMIT:g}, such as 0.02"
-        raise InputError(path, value, f'a percentage, such as "2 %", or {limit} ({meant})')
+        expected = f'a percentage, such as "2 %", or a ratio below 1, such as 0.02 ({meant})'
+        raise InputError(path, value, expected)
     return ratio
 
 
@@ -115,8 +111,8 @@ class Sampled:
         spreads = {"moments": moments, "angular_velocity": angular_velocity, "attitude": attitude}
         self.spread = np.concatenate([spread(value, field) for field, value in spreads.items()])
         widest = self.spread[:3].max()
-        if widest > MAX_USUAL_RATIO:
-            wide = f"{100.0 * widest:g} %, above {100.0 * MAX_USUAL_RATIO:g} %"
+        if widest > 0.5:
+            wide = f"{100.0 * widest:g} %, above 50 %"
             message = f"moments: a relative standard deviation of {wide}: many draws are unphysical"
             emit_warning(f"{message}, and are drawn again", 3)
         q, omega = scene.state()

@@ -20,19 +20,28 @@ from .states import MAX_BODIES, States
 MAX_LISTED = 1000  # bad rows; all are counted
 CHECKED_ROWS = 2**16  # at a time
 
-XYZ = ("x", "y", "z")
-# Numbers of each field, which is one column of vectors, or scalars under one of these sets of names.
-WIDTHS = {"moments": 3, "tensor": 9, "quaternion": 4, "angular_velocity": 3}
-SCALARS: dict[str, list[tuple[str, ...]]] = {
-    "moments": [("moments_1", "moments_2", "moments_3")],
-    "tensor": [tuple(f"tensor_{place}" for place in ("xx", "xy", "xz", "yy", "yz", "zz"))],
-    "quaternion": [("q_w", "q_x", "q_y", "q_z")],
-    "angular_velocity": [
-        tuple(f"angular_velocity_{axis}" for axis in XYZ),
-        tuple(f"omega_{axis}_rad_s" for axis in XYZ),
-    ],
+
+class Field(NamedTuple):
+    """A field of a body: how many numbers, of what unit, and names of scalars instead of one of vectors."""
+
+    width: int
+    unit: Any
+    scalars: tuple[tuple[str, ...], ...]
+
+
+FIELDS = {
+    "moments": Field(3, MOMENT, (("moments_1", "moments_2", "moments_3"),)),
+    "tensor": Field(9, MOMENT, (tuple(f"tensor_{at}" for at in ("xx", "xy", "xz", "yy", "yz", "zz")),)),
+    "quaternion": Field(4, None, (("q_w", "q_x", "q_y", "q_z"),)),
+    "angular_velocity": Field(
+        3,
+        RATE,
+        (
+            tuple(f"angular_velocity_{axis}" for axis in "xyz"),
+            tuple(f"omega_{axis}_rad_s" for axis in "xyz"),
+        ),
+    ),
 }
-UNITS = {"moments": MOMENT, "tensor": MOMENT, "quaternion": None, "angular_velocity": RATE}
 
 
 class BadRow(NamedTuple):
@@ -166,7 +175,7 @@ class Tabled:
 
     def _factor(self, field: str, name: str) -> float:
         """Return the column's unit in SI."""
-        unit, dimension = self._table.units.get(name), UNITS[field]
+        unit, dimension = self._table.units.get(name), FIELDS[field].unit
         if unit is None or dimension is None:
             if unit not in (None, ""):
                 raise InputError(f"table.{name}", unit, "no unit: the components of a quaternion are numbers")
@@ -190,7 +199,7 @@ class Tabled:
             rows.append(first + np.flatnonzero(bad))
             good = rotations.off_unit(columns.quaternion[~bad])[0]
             lengths = [good.min(initial=lengths[0]), good.max(initial=lengths[1])]
-            listed += sorted(fields, key=lambda bad: (bad.row, list(WIDTHS).index(bad.field)))[
+            listed += sorted(fields, key=lambda bad: (bad.row, list(FIELDS).index(bad.field)))[
                 : MAX_LISTED - len(listed)
             ]
         rotations.warn_of_lengths(np.array(lengths), "table.quaternion")
@@ -203,8 +212,8 @@ class Tabled:
 def _names(names: list[str]) -> dict[str, tuple[str, ...]]:
     """Names of the columns of each field: one of vectors, or scalars."""
     columns: dict[str, tuple[str, ...]] = {}
-    for field, scalars in SCALARS.items():
-        forms = [form for form in [(field,), *scalars] if set(form) <= set(names)]
+    for field, numbers in FIELDS.items():
+        forms = [form for form in ((field,), *numbers.scalars) if set(form) <= set(names)]
         if len(forms) > 1:
             raise InputError(f"table.{field}", " and ".join(", ".join(form) for form in forms), "one of them")
         columns |= {field: forms[0]} if forms else {}
@@ -213,14 +222,14 @@ def _names(names: list[str]) -> dict[str, tuple[str, ...]]:
     for field in ("tensor" if "tensor" in columns else "moments", "quaternion", "angular_velocity"):
         if field not in columns:
             also = " (or a tensor)" if field == "moments" else ""
-            expected = f"a column {field}{also}, or scalars {', '.join(SCALARS[field][0])}"
+            expected = f"a column {field}{also}, or scalars {', '.join(FIELDS[field].scalars[0])}"
             raise InputError(f"table.{field}", f"columns {', '.join(names)}", expected)
     return columns
 
 
 def _shaped(field: str, array: np.ndarray) -> np.ndarray:
     """(n, 3), (n, 4) or (n, 3, 3)."""
-    width = WIDTHS[field]
+    width = FIELDS[field].width
     if field == "tensor" and array.shape[1:] == (6,):
         array = array[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]]  # of the nine components, in the six scalars
     if (array[:1].size != width and len(array)) or array.ndim < 2:
@@ -233,7 +242,7 @@ def _shaped(field: str, array: np.ndarray) -> np.ndarray:
 
 def _faults(columns: Columns) -> Iterator[tuple[str, np.ndarray, np.ndarray, str]]:
     """(field, bad rows (n,), values by row, what would be right), for a row's first fault in each field."""
-    bad = {field: np.zeros(len(columns.quaternion), np.bool_) for field in WIDTHS}
+    bad = {field: np.zeros(len(columns.quaternion), np.bool_) for field in FIELDS}
     for field, wrong, values, expected in _checks(columns):
         rows = wrong.reshape(len(wrong), -1).any(axis=1)
         yield field, rows & ~bad[field], values, expected
@@ -242,7 +251,7 @@ def _faults(columns: Columns) -> Iterator[tuple[str, np.ndarray, np.ndarray, str
 
 def _checks(columns: Columns) -> Iterator[tuple[str, np.ndarray, np.ndarray, str]]:
     """(field, what is wrong (n, ...), values by row, what would be right), of all that is checked."""
-    for field in WIDTHS:
+    for field in FIELDS:
         if (values := getattr(columns, field)) is not None:
             yield field, ~np.isfinite(values), values, "finite numbers"
     with np.errstate(over="ignore", invalid="ignore"):

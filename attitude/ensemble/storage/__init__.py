@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from ...errors import FormatError, InputError
 from . import store
-from .store_head import COMPLETE
 
 if TYPE_CHECKING:
     from .store_head import StoreTarget
@@ -42,7 +41,7 @@ def read(path: str | os.PathLike[str]) -> store.Stored:
         head = stored.head() if stored.path.is_dir() else None
         if head is None:
             raise FormatError("no store of an ensemble", str(path))
-        if not head[COMPLETE]:
+        if not head["complete"]:
             message = "not complete: the same run once more computes what is missing"
             raise FormatError(message, str(path))
         return store.Stored(stored, head)

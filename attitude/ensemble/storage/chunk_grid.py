@@ -9,7 +9,6 @@ from typing import NamedTuple, overload
 from ...errors import InputError, whole_number
 
 SAMPLE_BYTES = 7 * 8  # a quaternion and a rate
-DEFAULT_CHUNK_BODIES = 4096
 DEFAULT_CHUNK_BYTES = 2**25  # 32 MiB: a few of these for each thread are far below a gigabyte
 MAX_CHUNK_BYTES = 2**30
 
@@ -77,7 +76,7 @@ def chunk_grid(
     1 GiB.
     """
     if chunk_bodies is None:
-        chunk_bodies, max_bytes = DEFAULT_CHUNK_BODIES, DEFAULT_CHUNK_BYTES
+        chunk_bodies, max_bytes = 4096, DEFAULT_CHUNK_BYTES
         while chunk_bodies > 1 and chunk_bodies * instants * SAMPLE_BYTES > max_bytes:
             chunk_bodies //= 2
     else:

@@ -26,18 +26,16 @@ from ...formats.schema import ELAPSED
 from ...formats.schema import REST as ELAPSED_REST
 from ...pointing.vector_columns import QUATERNION, RATE
 from .chunk_grid import ChunkGrid
-from .store_head import COMPLETE, REST, SECONDS, Head, Vectors, checked
+from .store_head import Head, Vectors, checked
 
 if TYPE_CHECKING:
     from ...times.instants import Instants
     from .chunk_grid import Chunk
 
-BODY = "body"
 HEAD = "_attitude.json"
 TIMES = "_times.npz"
 UNITS = {ELAPSED: "s", ELAPSED_REST: "s", **dict.fromkeys(QUATERNION, "1"), **dict.fromkeys(RATE, "rad/s")}
 UNFINISHED = re.compile(r"\._?\w+(-\d+)?\.(json|npz|parquet)\.\w+\.partial")
-OWN = re.compile(rf"{re.escape(HEAD)}|{re.escape(TIMES)}|part-\d{{6,}}\.parquet|{UNFINISHED.pattern}")
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class ParquetTarget:
         _write_whole(self.path / HEAD, lambda file: file.write(text.encode()))
 
     def prepare(self, head: Head, instants: Instants) -> None:
-        times = {SECONDS: instants.seconds, REST: instants.seconds_low}
+        times = {"seconds": instants.seconds, "seconds_rest": instants.seconds_low}
         arrays: dict[str, Any] = {name: values for name, values in times.items() if values is not None}
         _write_whole(self.path / TIMES, lambda file: np.savez(file, **arrays))
 
@@ -71,7 +69,7 @@ class ParquetTarget:
     def put(self, chunk: Chunk, head: Head, instants: Instants, vectors: Vectors) -> int:
         table, path = _table(chunk, head, instants, vectors), self._file(chunk.number)
         # attitudes hardly repeat: a dictionary of them, or compression, takes time and saves nothing
-        repeated = [name for name in (BODY, ELAPSED, ELAPSED_REST) if name in table.column_names]
+        repeated = [name for name in ("body", ELAPSED, ELAPSED_REST) if name in table.column_names]
         options = {"compression": "none", "use_dictionary": repeated}
         _write_whole(path, lambda file: pq.write_table(table, file, **options))
         return path.stat().st_size
@@ -81,24 +79,25 @@ class ParquetTarget:
             self.remove(name)
 
     def is_own(self, name: str) -> bool:
-        return OWN.fullmatch(name) is not None
+        is_part = re.fullmatch(r"part-\d{6,}\.parquet", name)
+        return name in (HEAD, TIMES) or bool(is_part or UNFINISHED.fullmatch(name))
 
     def remove(self, name: str) -> None:
         (self.path / name).unlink()
 
     def seconds(self) -> tuple[np.ndarray, np.ndarray | None]:
         with np.load(self.path / TIMES, allow_pickle=False) as times:
-            return times[SECONDS], times.get(REST)
+            return times["seconds"], times.get("seconds_rest")
 
     def load(self, head: Head, first: int, last: int) -> Vectors:
         grid = ChunkGrid(head["bodies"], head["instants"], *head["chunk"])
-        names = [BODY, *QUATERNION, *(RATE if head["rate"] else ())]
-        schema = pa.schema([(name, pa.int64() if name == BODY else pa.float64()) for name in names])
+        names = ["body", *QUATERNION, *(RATE if head["rate"] else ())]
+        schema = pa.schema([(name, pa.int64() if name == "body" else pa.float64()) for name in names])
         files = [str(self._file(number)) for number in grid.of_bodies(first, last)]
-        body = ds.field(BODY)
+        body = ds.field("body")
         table = ds.dataset(files, schema, format="parquet").to_table(filter=(body >= first) & (body < last))
         # Files are in the order of bodies, then of instants: a stable sort brings a body's rows together.
-        order = np.argsort(table[BODY].to_numpy(), kind="stable")
+        order = np.argsort(table["body"].to_numpy(), kind="stable")
 
         def vectors(names: tuple[str, ...]) -> np.ndarray:
             columns = np.stack([table[name].to_numpy()[order] for name in names], axis=-1)
@@ -113,7 +112,7 @@ class ParquetTarget:
 def _table(chunk: Chunk, head: Head, instants: Instants, vectors: Vectors) -> Any:
     """Rows of a chunk, body by body, with units and the head as metadata."""
     bodies, count = chunk.last - chunk.first, chunk.stop - chunk.start
-    columns = {BODY: np.repeat(np.arange(chunk.first, chunk.last, dtype=np.int64), count)}
+    columns = {"body": np.repeat(np.arange(chunk.first, chunk.last, dtype=np.int64), count)}
     for name, values in ((ELAPSED, instants.seconds), (ELAPSED_REST, instants.seconds_low)):
         if values is not None:
             columns[name] = np.tile(values, bodies)
@@ -130,7 +129,7 @@ def _table(chunk: Chunk, head: Head, instants: Instants, vectors: Vectors) -> An
         for name, values in columns.items()
     ]
     # a file does not know whether the whole run is complete
-    common = {name: value for name, value in head.items() if name != COMPLETE}
+    common = {name: value for name, value in head.items() if name != "complete"}
     metadata = {"attitude_ensemble": json.dumps(common, ensure_ascii=False)}
     return pa.table(columns, schema=pa.schema(fields, metadata=metadata))
 

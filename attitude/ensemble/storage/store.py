@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import FormatError, InputError, shown
 from ..redraws import Redraws, note
-from .store_head import COMPLETE, REDRAWS, Head, StoreTarget, Vectors
+from .store_head import Head, StoreTarget, Vectors
 
 if TYPE_CHECKING:
     from ...times.instants import Instants
@@ -48,15 +48,15 @@ def finish(target: StoreTarget, head: Head, grid: ChunkGrid, redraws: Redraws | 
         raise FormatError(message, str(target.path))
     with named_in_errors(target.path):
         target.tidy()
-        drawn = {} if redraws is None else {REDRAWS: redraws.document()}
-        target.put_head(head | drawn | {COMPLETE: True})
+        drawn = {} if redraws is None else {"redraws": redraws.document()}
+        target.put_head(head | drawn | {"complete": True})
 
 
 def incomplete_head(target: StoreTarget) -> Head | None:
     """Return the head of a store that is not complete; None if there is no such store."""
     with named_in_errors(target.path):
         head = target.head() if target.path.is_dir() else None
-    return head if head is not None and not head[COMPLETE] else None
+    return head if head is not None and not head["complete"] else None
 
 
 def _existing_head(target: StoreTarget) -> Head | None:
@@ -80,14 +80,14 @@ def _clear(target: StoreTarget, head: Head) -> None:
         if not target.is_own(name):
             message = f"beside the store's own files there is {shown(name)} in it: not replaced"
             raise FormatError(message, str(target.path))
-    target.put_head({name: value for name, value in head.items() if name != REDRAWS} | {COMPLETE: False})
+    target.put_head({name: value for name, value in head.items() if name != "redraws"} | {"complete": False})
     for name in names:
         target.remove(name)
 
 
 def refuse_other_run(path: Path, existing: Head, head: Head) -> None:
     """Raise FormatError unless the store is an incomplete one of the same run."""
-    if existing[COMPLETE]:
+    if existing["complete"]:
         raise FormatError("store exists and is complete; pass overwrite=True to replace it", str(path))
     difference = next(_differences(existing, head), None)
     if difference is not None:
@@ -130,7 +130,7 @@ class Stored:
         self._target, self.path, self.head = target, target.path, head
         self.bodies, self.instants = int(head["bodies"]), int(head["instants"])
         self.seconds, self.rest = target.seconds()
-        self.redraws = Redraws.of_document(head[REDRAWS]) if REDRAWS in head else None
+        self.redraws = Redraws.of_document(head["redraws"]) if "redraws" in head else None
 
     def part(self, first: int, last: int) -> Vectors:
         """Quaternions (n, m, 4) wxyz and rates (n, m, 3) rad/s (None if not stored) of bodies first to last.

@@ -16,10 +16,8 @@ if TYPE_CHECKING:
     from .chunk_grid import Chunk, ChunkGrid
 
 KIND = "attitude-ensemble/1"
-COMPLETE, REDRAWS = "complete", "redraws"  # known only at the end of a run
-QUATERNION, RATE, SECONDS, REST = "quaternion", "rate", "seconds", "seconds_rest"
 
-Head = dict[str, Any]
+Head = dict[str, Any]  # "complete" and "redraws" are known only at the end of a run
 Vectors = tuple[np.ndarray, np.ndarray | None]  # (n, m, 4) wxyz; (n, m, 3) rad/s, or None if not stored
 
 
@@ -70,7 +68,7 @@ def head_of(document: Any, source: Any, frame: str, instants: Instants, grid: Ch
         digest.update(b"-" if array is None else np.ascontiguousarray(array, dtype="<f8").tobytes())
     head = {
         "kind": KIND,
-        COMPLETE: False,
+        "complete": False,
         "version": __version__,
         "convention": convention(frame),
         "quaternion_order": "wxyz",
@@ -88,5 +86,5 @@ def head_of(document: Any, source: Any, frame: str, instants: Instants, grid: Ch
 
 def checked(head: Any) -> Head | None:
     """Return the head, if what a file holds is one; None otherwise."""
-    known = isinstance(head, dict) and head.get("kind") == KIND and isinstance(head.get(COMPLETE), bool)
+    known = isinstance(head, dict) and head.get("kind") == KIND and isinstance(head.get("complete"), bool)
     return head if known else None

@@ -19,14 +19,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...runtime.optional_imports import needed
-from .store_head import QUATERNION, RATE, REST, SECONDS, Head, Vectors, checked
+from .store_head import Head, Vectors, checked
 
 if TYPE_CHECKING:
     from ...times.instants import Instants
     from .chunk_grid import Chunk, ChunkGrid
 
-WIDTHS = {QUATERNION: 4, RATE: 3}
-UNITS = {QUATERNION: "1", RATE: "rad/s", SECONDS: "s", REST: "s"}
+UNITS = {"quaternion": "1", "rate": "rad/s", "seconds": "s", "seconds_rest": "s"}  # of the arrays
+WIDTHS = {"quaternion": 4, "rate": 3}  # of those that have chunks
 HEAD = "zarr.json"
 UNFINISHED = ".partial"  # ending of zarr's temporary files
 
@@ -56,9 +56,9 @@ class ZarrTarget:
     def prepare(self, head: Head, instants: Instants) -> None:
         group = zarr().open_group(self.path, mode="r+", zarr_format=3, use_consolidated=False)
         for name, width in WIDTHS.items():
-            if (name == QUATERNION or head["rate"]) and name not in group:
+            if (name == "quaternion" or head["rate"]) and name not in group:
                 _make(group, name, (head["bodies"], head["instants"], width), (*head["chunk"], width))
-        for name, values in ((SECONDS, instants.seconds), (REST, instants.seconds_low)):
+        for name, values in (("seconds", instants.seconds), ("seconds_rest", instants.seconds_low)):
             if values is not None:
                 shape = (head["instants"],)
                 array = group[name] if name in group else _make(group, name, shape, shape)
@@ -67,7 +67,7 @@ class ZarrTarget:
     def has(self, chunk: Chunk, grid: ChunkGrid, rate: bool) -> bool:
         row, column = divmod(chunk.number, grid.columns)
         component_bytes = 8 * grid.chunk_bodies * grid.chunk_instants
-        for name in (QUATERNION, RATE)[: 1 + rate]:
+        for name in tuple(WIDTHS)[: 1 + rate]:
             try:  # the size too: a power failure may leave the name of a file and not its contents
                 size = os.stat(self.path / name / "c" / str(row) / str(column) / "0").st_size
             except FileNotFoundError:
@@ -93,7 +93,7 @@ class ZarrTarget:
                     os.unlink(os.path.join(folder, name))
 
     def is_own(self, name: str) -> bool:
-        return name in (HEAD, QUATERNION, RATE, SECONDS, REST) or name.endswith(UNFINISHED)
+        return name in (HEAD, *UNITS) or name.endswith(UNFINISHED)
 
     def remove(self, name: str) -> None:
         path = self.path / name
@@ -104,11 +104,11 @@ class ZarrTarget:
 
     def seconds(self) -> tuple[np.ndarray, np.ndarray | None]:
         group = zarr().open_group(self.path, mode="r", zarr_format=3)
-        return group[SECONDS][:], group[REST][:] if REST in group else None
+        return group["seconds"][:], group["seconds_rest"][:] if "seconds_rest" in group else None
 
     def load(self, head: Head, first: int, last: int) -> Vectors:
         group = zarr().open_group(self.path, mode="r", zarr_format=3)
-        return group[QUATERNION][first:last], group[RATE][first:last] if head["rate"] else None
+        return group["quaternion"][first:last], group["rate"][first:last] if head["rate"] else None
 
 
 def _make(group: Any, name: str, shape: tuple[int, ...], chunks: tuple[int, ...]) -> Any:
