@@ -26,7 +26,6 @@ from .settings import variable
 log = logging.getLogger(__name__)
 
 MAX_HEADER_BYTES = 8192
-MAX_WARNINGS_BYTES, MAX_WARNING_CHARACTERS = 3000, 480  # of which JSON escapes one by six bytes at most
 EVERY_ANSWER = {
     "attitude-version": attitude.__version__,
     "x-content-type-options": "nosniff",
@@ -35,10 +34,12 @@ EVERY_ANSWER = {
     "x-frame-options": "DENY",
 }
 # Pages load everything from here; scripts are files, never text in a page.  Drawings may be made in place.
-PAGE_POLICY = "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
-PAGE_POLICY += "form-action 'none'; frame-ancestors 'none'"
 # What is no page is shown as none, even where a browser is led to open it as one.
-NO_PAGE_POLICY = "default-src 'none'; frame-ancestors 'none'; sandbox"
+POLICIES = {
+    "text/html": "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'",
+    "": "default-src 'none'; frame-ancestors 'none'; sandbox",
+}
 
 
 class Requests:
@@ -138,8 +139,8 @@ class Answer:
             if self.job.warnings:
                 headers["attitude-warnings"] = listed(self.job.warnings)
             if self.status != HTTPStatus.NOT_MODIFIED:  # which leaves it as the browser has kept it
-                is_page = headers.get("content-type", "").startswith("text/html")
-                headers.setdefault("content-security-policy", PAGE_POLICY if is_page else NO_PAGE_POLICY)
+                media = headers.get("content-type", "").partition(";")[0]
+                headers.setdefault("content-security-policy", POLICIES.get(media, POLICIES[""]))
         elif message["type"] == "http.response.body":
             self.bytes += len(message.get("body", b""))
         try:
@@ -152,9 +153,12 @@ class Answer:
 
 
 def listed(warnings: list[str]) -> str:
-    """A list in JSON of as many as a header may hold."""
-    texts = [warning[:MAX_WARNING_CHARACTERS] for warning in warnings]
-    while len(text := json.dumps(texts)) > MAX_WARNINGS_BYTES:
+    """A list in JSON of as many as a header may hold.
+
+    That is 3000 bytes; JSON escapes a character by six of them at most.
+    """
+    texts = [warning[:480] for warning in warnings]
+    while len(text := json.dumps(texts)) > 3000:
         texts.pop()
     return text
 

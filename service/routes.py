@@ -152,13 +152,17 @@ async def formats(request: Request) -> Response:
     return fixed(request, orjson.dumps({"formats": entries}))
 
 
-VIEWER, DOCS = (Path(__file__).parent / folder for folder in ("viewer/dist", "docs"))
-SWAGGER = Path(fastapi_offline.__file__).parent / "static"
-PAGES = {"/": VIEWER / "index.html", "/docs": DOCS / "index.html", "/docs/start.js": DOCS / "start.js"}
-PAGES |= {
-    f"/viewer/{name}": VIEWER / name for name in ("viewer.js", "viewer.css", "icon.svg", "licences.txt")
+HERE, SWAGGER_UI = Path(__file__).parent, Path(fastapi_offline.__file__).with_name("static")
+PAGES = {
+    "/": HERE / "viewer/dist/index.html",
+    "/viewer/viewer.js": HERE / "viewer/dist/viewer.js",
+    "/viewer/viewer.css": HERE / "viewer/dist/viewer.css",
+    "/viewer/icon.svg": HERE / "viewer/dist/icon.svg",
+    "/viewer/licences.txt": HERE / "viewer/dist/licences.txt",
+    "/docs": HERE / "docs/index.html",
+    "/docs/start.js": HERE / "docs/start.js",
+    **{f"/docs/{name}": SWAGGER_UI / name for name in ("swagger-ui.css", "swagger-ui-bundle.js")},
 }
-PAGES |= {f"/docs/{name}": SWAGGER / name for name in ("swagger-ui.css", "swagger-ui-bundle.js")}
 
 
 async def page(request: Request) -> Response:
