@@ -11,7 +11,7 @@ from astropy import units as u
 from astropy.time import Time
 from scipy.spatial.transform import Rotation
 
-from attitude import AttitudeWarning, InputError, RigidBody, Scene, TorqueFreeMotion, fit
+from attitude import AttitudeWarning, FormatError, InputError, RigidBody, Scene, TorqueFreeMotion, fit
 from attitude.cli.command import main
 from attitude.estimation import Attitudes, BodyRates
 from attitude.estimation.fit_document import FitDocument, read_observations
@@ -612,6 +612,8 @@ def test_documents_that_are_wrong_are_refused(change, message):
 
 
 TABLE = "time [utc],q_w,q_x,q_y,q_z\n2026-01-01T00:00:00,1,0,0,0\n2026-01-01T00:00:10,1,0,0,0\n"
+ROWS = "elapsed_s,q_w,q_x,q_y,q_z,attitude_sigma_deg\n0,1,0,0,0,1\n\n1,,,,,\n2,1,0,0,0,1\n"
+SIGHTS = "elapsed_s,range_offset_mm,point_x_m,point_y_m,point_z_m,sight_x,sight_y,sight_z,range_sigma_mm"
 
 
 @pytest.mark.parametrize(
@@ -632,13 +634,19 @@ TABLE = "time [utc],q_w,q_x,q_y,q_z\n2026-01-01T00:00:00,1,0,0,0\n2026-01-01T00:
         ("# bias: true\n" + TABLE, "bias: rates or range offsets"),
         (TABLE.replace("q_w,q_x,q_y,q_z", "euler_ZZX_1 [deg],q_x,q_y,q_z"), "no two neighbours the same"),
         (TABLE.replace("q_w,q_x,q_y,q_z", "a,b,c,d"), "unknown column 'a'"),
+        (TABLE.replace("q_x", "elapsed_s"), "elapsed_s: each quantity once, and either dates"),
+        (ROWS.replace("2,1,0", "2,1,5"), r"line 5: q_w, q_x, q_y, q_z\[2\]: a unit quaternion"),
+        (ROWS.replace("0,1\n\n", "0,-1\n\n"), r"line 2: attitude_sigma_deg\[0\]: greater than 0; got -1.0"),
+        (ROWS[:-2] + "\n", r"line 5: attitude_sigma\[2\]: a number beside q_w; got nan"),
+        (ROWS.replace("2,1,0", ",1,0"), r"line 5: elapsed_s\[2\]: a time in every row"),
+        (ROWS.replace("attitude_sigma_deg", "Q_W"), "Q_W: each quantity once"),
+        (ROWS.replace("q_", "q"), "did you mean 'q_w'"),
     ],
 )
-def test_tables_that_are_wrong_are_refused(tmp_path, text, message):
+def test_tables_that_are_wrong_are_refused_by_column_and_line(tmp_path, text, message):
     (tmp_path / "table.csv").write_text(text)
-    with pytest.raises(Exception, match=message) as caught:
+    with pytest.raises((InputError, FormatError), match=message):
         read_observations(tmp_path / "table.csv")
-    assert type(caught.value).__name__ in ("InputError", "FormatError")
 
 
 @pytest.mark.parametrize(
@@ -658,42 +666,6 @@ def test_units_of_columns_in_brackets_or_as_in_tables_of_the_library(tmp_path, h
     assert rates.rate == pytest.approx(np.array([[1.0, 2.0, 3.0]]) * DEG)
     assert rates.sigma == pytest.approx(0.1 * DEG)
     assert not rates.has_bias
-
-
-ROWS = "\n0,1,0,0,0,1\n\n1,,,,,\n2,1,0,0,0,1\n"
-SIGHTS = "elapsed_s,range_offset_mm,point_x_m,point_y_m,point_z_m,sight_x,sight_y,sight_z,range_sigma_mm"
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (ROWS.replace("2,1,0", "2,1,5"), r"line 5: q_w, q_x, q_y, q_z\[2\]: a unit quaternion"),
-        (ROWS.replace("0,1\n\n", "0,-1\n\n"), r"line 2: attitude_sigma_deg\[0\]: greater than 0; got -1.0"),
-        (ROWS[:-2] + "\n", r"line 5: attitude_sigma\[2\]: a number beside q_w; got nan"),
-        (ROWS.replace("2,1,0", ",1,0"), r"line 5: elapsed_s\[2\]: a time in every row"),
-    ],
-)
-def test_errors_of_tables_name_the_line(tmp_path, text, message):
-    (tmp_path / "table.csv").write_text("elapsed_s,q_w,q_x,q_y,q_z,attitude_sigma_deg" + text)
-    with pytest.raises(InputError, match=message):
-        read_observations(tmp_path / "table.csv")
-
-
-@pytest.mark.parametrize(
-    ("header", "message"),
-    [
-        ("elapsed_s,q_w,q_x,q_y,q_z,Q_W", "Q_W: each quantity once"),
-        ("time [utc],elapsed_s,q_x,q_y,q_z,q_w", "elapsed_s: each quantity once, and either dates"),
-        ("elapsed_s,qw,qx,qy,qz,attitude_sigma_deg", "did you mean 'q_w'"),
-    ],
-)
-def test_headers_of_tables_that_are_wrong_are_refused(tmp_path, header, message):
-    (tmp_path / "table.csv").write_text(header + "\n2026-01-01T00:00:00,1,0,0,0,1\n")
-    text = (tmp_path / "table.csv").read_text()
-    if not header.startswith("time"):
-        (tmp_path / "table.csv").write_text(text.replace("2026-01-01T00:00:00", "0"))
-    with pytest.raises(InputError, match=message):
-        read_observations(tmp_path / "table.csv")
 
 
 def test_table_asks_for_a_bias_of_its_ranges(tmp_path):
