@@ -183,11 +183,7 @@ def convert(request: Request, files: Files, query: Annotated[ConvertQuery, Query
     writing = Writing(request, query, format_of(files["file"], query.source))
     data = Ephemeris.of(read(request, files, "file", query.source, writing.reading))
     asked = query.frame, query.ut1, query.times, query.step, query.by, query.inertia
-    try:
-        data, _ = Conversion(*asked).apply(data, FitDocument.from_json, writing.settings.max_samples)
-    except InputError as error:  # about a parameter, whatever part of a scene has its name
-        error.steps = ()
-        raise
+    data, _ = Conversion(*asked).apply(data, FitDocument.from_json, writing.settings.max_samples)
     samples = Samples.of(replace(data, columns=query.requested_columns()), check_wanted)
     return file_response(request, writing.file(samples, writing.target))
 
@@ -214,7 +210,7 @@ def read(
 ) -> EphemerisData:
     """One of the files; with SPICE's clock kernel (`sclk`), if it is among them."""
     if name not in files:
-        raise InputError(name, None, "a file of the form, of this name", steps=())
+        raise InputError(name, None, "a file of the form, of this name")
     entry, content = format_of(files[name], source), io.BytesIO(files[name].content)
     with tempfile.NamedTemporaryFile(suffix=".tsc") as clock:  # SPICE's reader takes a path
         if "sclk" in files and entry.has_companions:

@@ -26,7 +26,7 @@ async def once(request: Request) -> None:
     counts = Counter(name for name, _ in request.query_params.multi_items() if name != "method")
     for name, count in counts.items():
         if count > 1:
-            raise InputError(name, "the parameter twice", "each parameter once", steps=())
+            raise InputError(name, "the parameter twice", "each parameter once")
 
 
 async def body(request: Request) -> bytes:
@@ -54,6 +54,7 @@ async def document(request: Request) -> bytes:
     media = request.headers.get("content-type", "nothing")
     if media.partition(";")[0].strip().lower() != JSON:
         raise HTTPException(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, f"content-type: {JSON}; got {media[:200]}")
+    request.state.has_document = True
     return await body(request)
 
 
@@ -81,7 +82,7 @@ async def files(request: Request) -> dict[str, Upload]:
             if isinstance(part, UploadFile)
         }
     if "file" not in uploads:
-        raise InputError("file", None, "a file of the form, of this name", steps=())
+        raise InputError("file", None, "a file of the form, of this name")
     return uploads
 
 
@@ -93,7 +94,7 @@ Nothing = Annotated[NoQuery, Query()]
 def named_format(parameter: str, name: str) -> Format:
     known = FORMATS | READ_ONLY if parameter == "source" else FORMATS
     if name not in known:
-        raise unknown_name(parameter, "format", name, known, steps=())
+        raise unknown_name(parameter, "format", name, known)
     return known[name]
 
 
@@ -108,7 +109,7 @@ def format_of(file: Upload, name: str | None) -> Format:
         entry = by_media.get(file.media.partition(";")[0].strip().lower())
     if entry is None:
         expected = "the format of the file, here or by its name or type"
-        raise InputError("source", file.name or file.media or None, expected, ())
+        raise InputError("source", file.name or file.media or None, expected)
     return entry
 
 

@@ -61,11 +61,16 @@ def problem(
 
 
 def refusal(request: Request, error: Any) -> Response:
-    """The library's refusal, with the table's status; a parameter of the query is no field of a document."""
+    """The library's refusal, with the table's status; it points at a field of a document alone.
+
+    A parameter of the query is none, unless a field of scenes has its name.
+    """
     kind = next(TABLE[parent] for parent in type(error).__mro__ if parent in TABLE)
-    if isinstance(error, InputError) and error.steps[-1:] == (error.field,):
-        parameters = {*request.query_params, *query_names(request)}
-        if error.field in parameters - Scene.model_fields.keys():
+    if isinstance(error, InputError):
+        parameters = {*request.query_params, *query_names(request)} - Scene.model_fields.keys()
+        if not getattr(request.state, "has_document", False):
+            error.steps = ()
+        elif error.field in parameters and error.steps[-1:] == (error.field,):
             error.steps = error.steps[:-1]
     pointer, line = getattr(error, "pointer", None), getattr(error, "line", None)
     return problem(kind.status, str(error), kind, pointer=pointer, line=line)

@@ -97,7 +97,7 @@ class FileQuery(BaseModel):
         for name, text in options.items():
             if name not in known:
                 expected = unknown("query parameter", name, (*type(self).model_fields, *known))
-                raise InputError(name, text, expected, steps=())
+                raise InputError(name, text, expected)
         writing = {name: text for name, text in options.items() if name in of_writer}
         reading = {name: text for name, text in options.items() if name not in of_writer}
         if self.ut1 is not None and "ut1" in of_reader:
