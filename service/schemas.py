@@ -25,10 +25,10 @@ def decimal(text: str) -> str:
     return text
 
 
-PositiveNumber = Annotated[float, Field(gt=0, allow_inf_nan=False), BeforeValidator(decimal)]
-Positive = PositiveNumber | SkipJsonSchema[None]
-Whole = Annotated[int, Field(ge=0), BeforeValidator(decimal)]
-CostSamples = Annotated[Whole, Field(ge=2, le=100_000)]  # methods hold some 500 bytes of each
+Decimal = BeforeValidator(decimal)
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), Decimal] | SkipJsonSchema[None]
+Angle = Annotated[float, Field(gt=0, le=1, allow_inf_nan=False), Decimal] | SkipJsonSchema[None]  # rad
+Samples = Annotated[int, Field(ge=2, le=100_000), Decimal] | SkipJsonSchema[None]  # of some 500 bytes each
 
 
 class NoQuery(BaseModel):
@@ -54,8 +54,10 @@ class CostQuery(NoQuery):
     """What is to be measured, within which budget."""
 
     budget: Positive = Field(None, description="s, wall-clock, for all of it", examples=[2])
-    samples: CostSamples | SkipJsonSchema[None] = Field(None, description="instants", examples=[1000])
-    seed: Whole = Field(0, description="of the instants compared with the truth")
+    samples: Samples = Field(None, description="instants", examples=[1000])
+    seed: Annotated[int, Field(ge=0), Decimal] = Field(
+        0, description="of the instants compared with the truth"
+    )
     method: list[str] = Field([], description="only this family; repeatable", examples=[["ours"]])
 
 
@@ -74,7 +76,7 @@ class FileQuery(BaseModel):
     ut1: Literal["tables", "utc"] | SkipJsonSchema[None] = Field(
         None, description="utc takes UTC for UT1 in ITRF, beyond astropy's tables"
     )
-    interpolation_error: Annotated[PositiveNumber, Field(le=1)] | SkipJsonSchema[None] = Field(
+    interpolation_error: Angle = Field(
         None, description="rad: instants such that readers of the format interpolate within it"
     )
 

@@ -211,7 +211,7 @@ def three(row, first):
 @routine
 def on_orbit(orbit, pieces, t):
     """Position and velocity on the orbit, m and m/s."""
-    if orbit[0] == Orbit.TABLE:
+    if int(orbit[0]) == Orbit.TABLE:
         return on_pieces(pieces, orbit[1], orbit[2], t)
     a, e, rate = orbit[1], orbit[2], orbit[6]
     turns = orbit[3] + t * orbit[4] + t * orbit[5]
@@ -314,7 +314,7 @@ def drag_plate(row, q, t, r, v, air):
 @routine
 def torque(row, moments, q, w, t, place, s, air):  # noqa: PLR0911 (a return for each effect)
     """Torque of one effect, N m, body frame."""
-    code, (r, v) = row[0], place
+    code, (r, v) = int(row[0]), place
     if code == Effect.CONSTANT_BODY:
         return three(row, 1)
     if code == Effect.CONSTANT_INERTIAL:
@@ -352,7 +352,7 @@ def slope(time, y, f, arguments):
     W = plus(w, inner, alpha)
     t = time / second
     r, v, s = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    if orbit[0] != Orbit.NONE:
+    if int(orbit[0]) != Orbit.NONE:
         r, v = on_orbit(orbit, pieces, t)
     if sun[2] != 0.0:
         s, _ = on_pieces(sun_pieces, sun[0], sun[1], t)
