@@ -38,7 +38,7 @@ from attitude.scene.scene import Scene
 from attitude.windows import parse_condition
 
 from .compute import check_predicted, check_wanted, current, hold
-from .dependencies import Document, Files, Nothing, format_of, negotiated
+from .dependencies import Document, File, Nothing, TwoFiles, Upload, format_of, negotiated
 from .errors import refusal, unexpected
 from .schemas import (
     CompareQuery,
@@ -178,7 +178,7 @@ class Writing:
         return file
 
 
-def convert(request: Request, files: Files, query: Annotated[ConvertQuery, Query()]) -> Response:
+def convert(request: Request, files: File, query: Annotated[ConvertQuery, Query()]) -> Response:
     """A file of attitudes in another format or frame."""
     writing = Writing(request, query, format_of(files["file"], query.source))
     data = Ephemeris.of(read(request, files, "file", query.source, writing.reading))
@@ -188,14 +188,14 @@ def convert(request: Request, files: Files, query: Annotated[ConvertQuery, Query
     return file_response(request, writing.file(samples, writing.target))
 
 
-def check(request: Request, files: Files, query: Annotated[SourceQuery, Query()]) -> Response:
+def check(request: Request, files: File, query: Annotated[SourceQuery, Query()]) -> Response:
     """What is off in a file of attitudes: coverage, gaps, spacing, signs, unit length, rates."""
     data, job = read(request, files, "file", query.source), current.get()
     warned = job.warnings if job is not None else []
     return Whole(check_report(data, files["file"].name, warned).to_dict())
 
 
-def compare(request: Request, files: Files, query: Annotated[CompareQuery, Query()]) -> Response:
+def compare(request: Request, files: TwoFiles, query: Annotated[CompareQuery, Query()]) -> Response:
     """How the attitudes of two files, `file` and `other`, differ."""
     first, second = (read(request, files, name) for name in ("file", "other"))
     return Whole(compare_ephemerides(first, second, query.frame).to_dict())
@@ -203,14 +203,12 @@ def compare(request: Request, files: Files, query: Annotated[CompareQuery, Query
 
 def read(
     request: Request,
-    files: Files,
+    files: dict[str, Upload],
     name: str,
     source: str | None = None,
     options: dict[str, Any] | None = None,
 ) -> EphemerisData:
     """One of the files; with SPICE's clock kernel (`sclk`), if it is among them."""
-    if name not in files:
-        raise InputError(name, None, "a file of the form, of this name")
     entry, content = format_of(files[name], source), io.BytesIO(files[name].content)
     with tempfile.NamedTemporaryFile(suffix=".tsc") as clock:  # SPICE's reader takes a path
         if "sclk" in files and entry.has_companions:

@@ -5,7 +5,7 @@ import re
 from collections import Counter
 from functools import lru_cache
 from http import HTTPStatus
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from fastapi import Depends, Query, Request
 from starlette.datastructures import UploadFile
@@ -66,28 +66,46 @@ class Upload(NamedTuple):
     content: bytes
 
 
-async def files(request: Request) -> dict[str, Upload]:
-    """The files of a form by their fields; of any other body the one `file`."""
-    content, media = await body(request), request.headers.get("content-type", "")
-    if not media.lower().startswith("multipart/form-data"):
-        return {"file": Upload("", media, content)}
+def files_of(*names: str) -> Any:
+    """The dependency on files of a form by these names, and SPICE's clock kernel where it is sent.
+
+    A body that is no form is the first of them.
+    """
+
+    async def files(request: Request) -> dict[str, Upload]:
+        content, media = await body(request), request.headers.get("content-type", "")
+        uploads = {names[0]: Upload("", media, content)}
+        if media.lower().startswith("multipart/form-data"):
+            uploads = await parts(request, content, (*names, "sclk"))
+        for name in names:
+            if name not in uploads:
+                raise InputError(name, None, "a file of the form, of this name")
+        return uploads
+
+    return Depends(files)
+
+
+async def parts(request: Request, content: bytes, known: tuple[str, ...]) -> dict[str, Upload]:
+    """The files of a form by their fields; InputError for an unknown one, and for two of one name."""
 
     async def receive() -> Message:
         return {"type": "http.request", "body": content, "more_body": False}
 
+    uploads: dict[str, Upload] = {}
     async with Request(request.scope, receive).form(max_files=3, max_fields=0) as form:
-        uploads = {
-            field: Upload(part.filename or "", part.content_type or "", await part.read())
-            for field, part in form.items()
-            if isinstance(part, UploadFile)
-        }
-    if "file" not in uploads:
-        raise InputError("file", None, "a file of the form, of this name")
+        for field, part in form.multi_items():
+            if field not in known:
+                raise unknown_name(field, "file", field, known)
+            if field in uploads:
+                raise InputError(field, "the file twice", "each file once")
+            if isinstance(part, UploadFile):
+                uploads[field] = Upload(part.filename or "", part.content_type or "", await part.read())
     return uploads
 
 
 Document = Annotated[bytes, Depends(document)]
-Files = Annotated[dict[str, Upload], Depends(files)]
+File = Annotated[dict[str, Upload], files_of("file")]
+TwoFiles = Annotated[dict[str, Upload], files_of("file", "other")]
 Nothing = Annotated[NoQuery, Query()]
 
 

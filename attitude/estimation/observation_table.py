@@ -25,7 +25,7 @@ from astropy import units as u
 from astropy.time import Time
 
 from .. import stopping, units
-from ..errors import FormatError, InputError, file_errors, unknown
+from ..errors import FormatError, InputError, emit_warning, file_errors, unknown
 from ..frames import rotations
 from ..times.iso8601 import Scale, parse_times
 from .observations import Attitudes, BodyRates, Directions, ObservationSet, RangeOffsets
@@ -255,9 +255,13 @@ def read_table(path: str | Path, frame: str | None = None) -> list[ObservationSe
     lines = text.splitlines()
     comment = re.compile(r"#\s*(\w+(?:\s*(?:\[[^\]]+\]|\([^)]+\)))?)\s*:\s*(\S+)\s*")
     comments: dict[str, str] = {match[1]: match[2] for line in lines if (match := comment.fullmatch(line))}
-    columns: dict[str, Any] = {  # other comments are of no account
-        name: each for name, each in comments.items() if parse_header(name)[0] in COLUMNS
-    }
+    columns: dict[str, Any] = {}
+    for header, value in comments.items():
+        name, unit = parse_header(header)
+        if name in COLUMNS:
+            columns[header] = value
+        elif unit is not None:  # other comments are of no account
+            emit_warning(f"{path}: the comment {header!r} is not used: {unknown('column', name, COLUMNS)}", 3)
     numbers = [i + 1 for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     if len(numbers) < 2:
         raise FormatError("no observations: a line of column names, then a line for each instant", str(path))

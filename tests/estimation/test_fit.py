@@ -668,6 +668,14 @@ def test_units_of_columns_in_brackets_or_as_in_tables_of_the_library(tmp_path, h
     assert not rates.has_bias
 
 
+def test_comment_with_a_unit_that_is_no_column_is_named(tmp_path):
+    text = "# mission: sample return\n# attitude_sgima [deg]: 5\n" + TABLE
+    (tmp_path / "table.csv").write_text(text)
+    with pytest.warns(AttitudeWarning, match=r"'attitude_sgima \[deg\]' is not used: .* 'attitude_sigma'"):
+        (attitudes,) = read_observations(tmp_path / "table.csv")
+    assert attitudes.sigma is None
+
+
 def test_table_asks_for_a_bias_of_its_ranges(tmp_path):
     (tmp_path / "table.csv").write_text(f"# bias: true\n{SIGHTS}\n0,5,1,0,0,1,0,0,2\n")
     (ranges,) = read_observations(tmp_path / "table.csv")
