@@ -69,9 +69,9 @@ def _check(options: Namespace) -> None:
         storage.target(options.output)
     if options.leave_out_lost_bodies and options.output is not None:
         raise InputError("--leave-out-lost-bodies", True, "no --output beside it: a store has all bodies")
-    for name in ("overwrite", "chunk"):
-        if getattr(options, name) and options.output is None:
-            raise InputError(f"--{name}", getattr(options, name), f"no --{name} without --output")
+    for name, value in (("overwrite", options.overwrite or None), ("chunk", options.chunk)):
+        if value is not None and options.output is None:
+            raise InputError(f"--{name}", value, f"no --{name} without --output")
     if options.statistics is not None:
         _encoder(options.statistics)
     if options.plot is not None:

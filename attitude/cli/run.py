@@ -65,6 +65,10 @@ def _write_apm(options: Namespace) -> None:
     from ..formats.ccsds.apm_writer import ApmOptions
     from ..runtime.atomic_files import write_whole
 
+    for name in ("format", "frame", "columns", "interpolation_error", "drop_below"):
+        if (value := getattr(options, name)) is not None:
+            flag = f"--{name.replace('_', '-')}"
+            raise InputError(flag, value, f"no {flag} beside an APM, which has the scene's own state")
     choices = dict(text.partition("=")[::2] for text in options.set)
     scene = arguments.read_scene(options.scene, None, arguments.times(options))
     known = [field.name for field in fields(ApmOptions)]
