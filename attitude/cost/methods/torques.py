@@ -29,7 +29,7 @@ TURN = 2.0 * np.pi
 
 
 # Codes of this file, by the library's names, so that numba's cache depends on nothing outside it.
-class Effect(IntEnum):
+class TorqueCode(IntEnum):
     """The first number of an effect's row."""
 
     CONSTANT_BODY = 0
@@ -43,7 +43,7 @@ class Effect(IntEnum):
     DISSIPATION = 8
 
 
-class Orbit(IntEnum):
+class PathCode(IntEnum):
     """The first number of an orbit."""
 
     NONE = 0
@@ -90,7 +90,7 @@ class TorqueEquations:
             initial_state.moments, axes.apply(problem.angular_velocity, inverse=True), rotors, alpha
         )
         body = np.concatenate([initial_state.moments, rotors, [alpha, second]])
-        table[:, 0] = [Effect[EffectCode(int(code)).name] for code in table[:, 0]]
+        table[:, 0] = [TorqueCode[EffectCode(int(code)).name] for code in table[:, 0]]
         start = np.concatenate([attitude, rate / second])
         arguments = body, table, *_orbit_and_sun(environment), air
         return cls(start, second, arguments, axes, initial_state.moments, rotors, alpha)
@@ -148,7 +148,7 @@ def _orbit_and_sun(environment: TorqueEnvironment) -> tuple[np.ndarray, ...]:
     sun, sun_pieces = np.array([0.0, 1.0, 0.0]), np.zeros((1, 3, 1))
     if course is not None:
         orbit, orbit_pieces = course.numbers.copy(), course.coefficients
-    orbit[0] = Orbit[OrbitCode(int(orbit[0])).name]
+    orbit[0] = PathCode[OrbitCode(int(orbit[0])).name]
     for torque in environment.torques:
         if (pieces := torque.sun(initial_state)) is not None:
             sun, sun_pieces = np.array([pieces.start, pieces.length, 1.0]), pieces.coefficients
@@ -211,7 +211,7 @@ def three(row, first):
 @routine
 def on_orbit(orbit, pieces, t):
     """Position and velocity on the orbit, m and m/s."""
-    if int(orbit[0]) == Orbit.TABLE:
+    if int(orbit[0]) == PathCode.TABLE:
         return on_pieces(pieces, orbit[1], orbit[2], t)
     a, e, rate = orbit[1], orbit[2], orbit[6]
     turns = orbit[3] + t * orbit[4] + t * orbit[5]
@@ -315,19 +315,19 @@ def drag_plate(row, q, t, r, v, air):
 def torque(row, moments, q, w, t, place, s, air):  # noqa: PLR0911 (a return for each effect)
     """Torque of one effect, N m, body frame."""
     code, (r, v) = int(row[0]), place
-    if code == Effect.CONSTANT_BODY:
+    if code == TorqueCode.CONSTANT_BODY:
         return three(row, 1)
-    if code == Effect.CONSTANT_INERTIAL:
+    if code == TorqueCode.CONSTANT_INERTIAL:
         return to_body(q, three(row, 1))
-    if code == Effect.GRAVITY_GRADIENT:
+    if code == TorqueCode.GRAVITY_GRADIENT:
         return gravity_gradient(row, moments, q, r)
-    if code == Effect.EDDY:
+    if code == TorqueCode.EDDY:
         return -dot(three(row, 1), w), -dot(three(row, 4), w), -dot(three(row, 7), w)
-    if code == Effect.MAGNETIC:
+    if code == TorqueCode.MAGNETIC:
         return magnetic(row, q, r, t)
-    if code == Effect.SOLAR_PLATE:
+    if code == TorqueCode.SOLAR_PLATE:
         return solar_plate(row, q, plus(s, r, -1.0))
-    if code == Effect.DRAG_PLATE:
+    if code == TorqueCode.DRAG_PLATE:
         return drag_plate(row, q, t, r, v, air)
     return 0.0, 0.0, 0.0  # rotors and dissipation enter by the momentum
 
@@ -352,7 +352,7 @@ def slope(time, y, f, arguments):
     W = plus(w, inner, alpha)
     t = time / second
     r, v, s = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    if int(orbit[0]) != Orbit.NONE:
+    if int(orbit[0]) != PathCode.NONE:
         r, v = on_orbit(orbit, pieces, t)
     if sun[2] != 0.0:
         s, _ = on_pieces(sun_pieces, sun[0], sun[1], t)
