@@ -15,7 +15,7 @@ from starlette.responses import Response
 
 from attitude.documents.fields import joined_faults
 from attitude.errors import AttitudeError, FormatError, InputError, RegimeError, ToleranceError
-from attitude.scene.document import Scene
+from attitude.scene.scene import Scene
 
 log = logging.getLogger(__name__)
 
