@@ -38,7 +38,7 @@ BOUNDED = {
     "kernels.partials": "one pass over instants, 0.2 us each, and over at most twelve columns",
     "kernels.contact": POINTS,
     "kernels.solvers.collocation": FIXED,
-    "kernels.solvers.collocation._march": "halvings of a step, of which there are no more than MOST_HALVINGS",
+    "kernels.solvers.collocation._march": "halvings of a step, of which there are no more than MAX_HALVINGS",
     "kernels.solvers.orbit_path": "the degree of a polynomial",
     "kernels.solvers.torque": ROWS,
     "kernels.solvers.plate_sources": ROWS,

@@ -25,7 +25,7 @@ class PlateArguments:
     Attributes
     ----------
     constant : (n, 3) N m, torques that are constant in the body
-    pace : (n,) 1/s2, square of the rate at which torques and losses change the motion
+    squared_rates : (n,) 1/s2, square of the rate at which torques and losses change the motion
     plates : (n, P, PlateRow.WIDTH); base : (n, S, FormRow.WIDTH); sources : (n, S, EffectRow.WIDTH)
     user_rows : (n, U, EffectRow.WIDTH)
     cuts : (c,) s, where arcs end besides at edges; lights : (c + 1, S), of the sources between them
@@ -33,7 +33,7 @@ class PlateArguments:
     """
 
     constant: np.ndarray
-    pace: np.ndarray
+    squared_rates: np.ndarray
     plates: np.ndarray
     base: np.ndarray
     sources: np.ndarray
@@ -79,7 +79,7 @@ def plate_arguments(
     cuts, lights = _lights(template, torques, [source[0] for source in sources])
     return PlateArguments(
         rows[:, codes == EffectCode.CONSTANT_BODY, 1:4].sum(axis=1),
-        _pace(torques, body),
+        _squared_rates(torques, body),
         np.stack(plates, axis=1) if plates else np.zeros((n, 0, PlateRow.WIDTH)),
         np.stack(forms, axis=1) if forms else np.zeros((n, 0, FormRow.WIDTH)),
         np.stack(sources, axis=1) if sources else np.zeros((n, 0, EffectRow.WIDTH)),
@@ -100,7 +100,7 @@ def edges_per_turn(torques: Sequence[CachedTorque]) -> int:
     return 2 * len(planes)
 
 
-def _pace(torques: Sequence[CachedTorque], body: np.ndarray) -> np.ndarray:
+def _squared_rates(torques: Sequence[CachedTorque], body: np.ndarray) -> np.ndarray:
     """(n,) 1/s2: torques that depend on no spin, over the least moment; eddies and nutation, squared."""
     moments = body[:, BodyRow.MOMENTS : BodyRow.MOMENTS + 3]
     still = Spin(np.zeros(len(body)), np.zeros(len(body)))

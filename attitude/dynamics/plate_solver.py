@@ -24,7 +24,7 @@ def take_arcs(task: SolverTask, torques: Sequence[CachedTorque]) -> SolverWork:
     assert plates is not None
     records = np.zeros(len(which), MARCHED)
     records["index"], records["state"], records["body"] = which, task.states[which], arguments.body[which]
-    records["constant"], records["pace"] = plates.constant[which], plates.pace[which]
+    records["constant"], records["squared_rates"] = plates.constant[which], plates.squared_rates[which]
     records["theta"] = setting.step[which] * (STRIDE if setting.coarsely else 1.0)
     sources = plates.sources.shape[1]
     rows = ArcRow.SOURCES + SourceRow.ROWS * sources

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import stopping
 from ..errors import InputError
-from ..kernels.layout import AirPiece, OrbitCode
+from ..kernels.layout import AirPiece, TableOrbit
 from ..orbit.path_states import samples
 from ..orbit.piecewise_polynomial import interpolated_between
 from ..problem.initial_state import DensityProfile, InitialState, OrbitPath
@@ -69,7 +69,7 @@ def instants_of(profile: DensityProfile) -> np.ndarray:
 def _instants(path: OrbitPath, start: float, stop: float) -> np.ndarray:
     """Ascending instants of the span with no more than one extremum of the altitude between three of them."""
     t = samples(path)
-    if path.numbers[0] == OrbitCode.KEPLER:
+    if path.is_ellipse:
         t = t[::8]  # even in the eccentric anomaly: 90 a revolution
         first, last = np.floor((start - t[0]) / path.period), np.ceil((stop - t[0]) / path.period)
         t = (t + path.period * np.arange(first, last + 1.0)[:, None]).reshape(-1)
@@ -79,8 +79,9 @@ def _instants(path: OrbitPath, start: float, stop: float) -> np.ndarray:
 def _ends(path: OrbitPath, cuts: np.ndarray, start: float, stop: float) -> np.ndarray:
     """(k,) s: start, cuts, where the polynomials of an orbit meet, and stop; none close to the next."""
     ends = np.concatenate([[start], cuts])
-    if path.numbers[0] != OrbitCode.KEPLER:
-        knots = path.numbers[1] + path.numbers[2] * np.arange(1, len(path.coefficients))
+    if not path.is_ellipse:
+        start_of_pieces, length = path.numbers[TableOrbit.START], path.numbers[TableOrbit.LENGTH]
+        knots = start_of_pieces + length * np.arange(1, len(path.coefficients))
         ends = np.concatenate([ends, knots[(knots > start) & (knots < stop)]])
     ends = np.append(np.unique(ends), stop)
     ends = np.append(ends[:-1][np.diff(ends) > SHORTEST_PIECE], stop)

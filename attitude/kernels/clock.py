@@ -1,4 +1,7 @@
-"""Conversions between days and seconds in two parts, exact to 1e-32 of the span."""
+"""Time in two parts, exact to 1e-32 of the span: days, seconds, grids of instants.
+
+Also the integral over time of a momentum that a constant torque and a damping change (`momentum_integral`).
+"""
 
 import numpy as np
 
@@ -21,8 +24,8 @@ def seconds_from_days(day, fraction, day0, fraction0, seconds, seconds_low):
 
 
 @kernel
-def farthest(seconds, first, last, greatest):
-    """greatest[0]: of abs(seconds[first:last]); not finite where one of them is not."""
+def max_abs_seconds(seconds, first, last, greatest):
+    """Write the greatest of abs(seconds[first:last]) to greatest[0]; not finite where one of them is not."""
     most = 0
     for i in range(np.uint64(first), np.uint64(last)):
         # as bits, magnitudes are ordered too, and NaN comes last
@@ -77,7 +80,7 @@ def scaled(values, times, over, seconds, seconds_low):
 
 
 @kernel
-def momentum_times(seconds, seconds_low, law, own, own_low, size):
+def momentum_integral(seconds, seconds_low, law, own, own_low, size):
     """The integral of p over time, p' = torque - damping p, and p.
 
     seconds, seconds_low : (n,); law : (5,), p at zero, torque and damping in two parts each

@@ -81,6 +81,12 @@ def less(a, b):
 
 
 @inlined
+def equal(a, b):
+    """a = b."""
+    return (a[0] == b[0]) & (a[1] == b[1])
+
+
+@inlined
 def absolute(a):
     """The magnitude of a."""
     return a if a[0] >= 0.0 else neg(a)

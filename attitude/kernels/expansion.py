@@ -86,6 +86,13 @@ def append_pair(row, factor, a):
 
 
 @routine
+def assign(row, a):
+    """Set the expansion to a two-part number."""
+    clear(row)
+    append_pair(row, 1.0, a)
+
+
+@routine
 def append_row(row, factor, other):
     """Add factor times the expansion in another row, exactly; the factor as in `append_pair`."""
     for i in range(1, int(other[0]) + 1):

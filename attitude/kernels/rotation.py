@@ -44,6 +44,16 @@ def rotated_back(q, v):
 
 
 @inlined
+def turned_about_third(q, cosine, sine):
+    """A quaternion after a rotation about the third axis, by twice the angle of this cosine and sine."""
+    w = fma(q[0], cosine, -q[3] * sine)
+    x = fma(q[1], cosine, q[2] * sine)
+    y = fma(q[2], cosine, -q[1] * sine)
+    z = fma(q[3], cosine, q[0] * sine)
+    return w, x, y, z
+
+
+@inlined
 def upright(direction):
     """A quaternion that takes the third axis to a unit vector; 1 for a vector of zeros."""
     side = -1.0 if direction[2] < 0.0 else 1.0  # below, half a turn about the first axis comes last

@@ -18,6 +18,18 @@ except ImportError:
     mpz = int
 
 
+def cross_rows(u):
+    """u x v as rows over the components of v, for `Tape.bilinear`."""
+    x, y, z = u
+    return [[None, (-1, z), y], [z, None, (-1, x)], [(-1, y), x, None]]
+
+
+def product_rows(q):
+    """Hamilton product q * (0, v) as rows over the components of v, for `Tape.bilinear`."""
+    w, x, y, z = q
+    return [[(-1, x), (-1, y), (-1, z)], [w, (-1, z), y], [z, w, (-1, x)], [(-1, y), x, w]]
+
+
 class Tape:
     """Equations as rules that append to each series its next coefficient, in the order of recording."""
 
@@ -150,6 +162,11 @@ class Tape:
             for series, terms in changes:
                 change = sum(term[n] for term in terms)
                 series.append((change * scale + (n + 1) * self.half) // ((n + 1) << bits))
+
+    def step_length(self):
+        """Length of a step, in the scale: |c_N| length^N stays below one unit of the last place."""
+        tail = max(abs(coefficient) for series in self.states for coefficient in series[-2:])
+        return min(mpf(1), mpf(2) ** (-mpf(int(tail).bit_length()) / self.order))
 
     def evaluate(self, argument):
         """The states at tau = argument, from the last expansion."""

@@ -33,7 +33,7 @@ from .exact import (
     real,
     reals,
 )
-from .series import Tape
+from .series import Tape, product_rows
 
 GUARD_DIGITS = 28
 MAX_STEP = 2.0
@@ -101,13 +101,12 @@ class TaylorMotion:
     def _record_equations(self):
         tape = self.tape
         gamma = [tape.state(component) for component in self.gamma0]
-        a, b, c, d = p = [tape.state(component) for component in (1, 0, 0, 0)]
+        p = [tape.state(component) for component in (1, 0, 0, 0)]
         for k in range(3):
             (product,) = tape.bilinear([gamma[(k + 1) % 3]], [[gamma[(k + 2) % 3]]])
             tape.rate(gamma[k], tape.combination([(self.gamma_rates[k], product)]))
         w = [tape.combination([(rate / 2, g)]) for rate, g in zip(self.p_rates, gamma, strict=True)]
-        rows = [[(-1, b), (-1, c), (-1, d)], [a, (-1, d), c], [d, a, (-1, b)], [(-1, c), b, a]]
-        for component, product in zip(p, tape.bilinear(w, rows), strict=True):
+        for component, product in zip(p, tape.bilinear(w, product_rows(p)), strict=True):
             tape.rate(component, product)
 
     # Steps
@@ -125,10 +124,7 @@ class TaylorMotion:
             start, state, trial = mpf(0), self.tape.start, mpf(1)
         series, scale = self.tape.expand(state, direction * min(trial, self.longest_step(state)))
         series = [list(component) for component in series]  # the tape's own, which it fills again
-        tail = max(abs(coefficient) for component in series for coefficient in component[-2:])
-        # |c_N| length^N stays below one unit of the last place
-        length = min(mpf(1), mpf(2) ** (-mpf(int(tail).bit_length()) / self.order))
-        steps.append(Step(start, scale, length, series))
+        steps.append(Step(start, scale, self.tape.step_length(), series))
 
     def longest_step(self, state):
         """A time in which neither gamma_mid has two zeros nor alpha makes half a turn.

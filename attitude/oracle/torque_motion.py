@@ -38,7 +38,7 @@ from .exact import (
     rotate,
     symmetric,
 )
-from .series import Tape
+from .series import Tape, cross_rows, product_rows
 
 # Working digits beyond the promised ones, for the errors of steps as they grow over 1e5 rad.
 GUARD_DIGITS = 12
@@ -127,7 +127,11 @@ class TorqueMotion:
             self.orbit = None if orbit is None else KeplerianOrbit(*reals(orbit))
             rotors = [reals(h) for (h,) in self.torques["wheels"]]
             self.wheels = [sum(components, mpf(0)) for components in zip((mpf(0),) * 3, *rotors, strict=True)]
-            self._set_units(_tensor(inertia), reals(omega))
+            diagonal = not hasattr(inertia[0], "__len__")
+            rows = (
+                [[inertia[i] if i == j else 0 for j in range(3)] for i in range(3)] if diagonal else inertia
+            )
+            self._set_units([[real(entry) for entry in row] for row in symmetric(rows)], reals(omega))
             self.q0 = normalised(q0)
             self._record_equations(reals(omega))
 
@@ -158,7 +162,7 @@ class TorqueMotion:
         self.momentum_unit = self.moment_unit * self.rate_unit
         self.torque_unit = self.momentum_unit * self.rate_unit
         self.tensor = [[entry / self.moment_unit for entry in row] for row in tensor]
-        self.inverse = _inverse(self.tensor)
+        self.inverse = mp.inverse(mp.matrix(self.tensor)).tolist()
 
     # Equations
 
@@ -174,7 +178,7 @@ class TorqueMotion:
         self.W = self.w
         alpha = sum((real(fraction(number)) for (number,) in self.torques["dissipation"]), mpf(0))
         if alpha:
-            terms = zip(self.w, self._cross(self.m, self.w), strict=True)
+            terms = zip(self.w, tape.bilinear(self.w, cross_rows(self.m)), strict=True)
             self.W = [tape.combination([(mpf(1), w), (alpha * self.momentum_unit, x)]) for w, x in terms]
         self.rotating = [self.m]
         self._record_orbit()
@@ -183,9 +187,8 @@ class TorqueMotion:
                 if name not in ("dissipation", "wheels"):
                     self._change(self.m, getattr(self, name)(*numbers))
         # q' = q W / 2, and u' = u x W of the momentum and of all inertial vectors, in one product
-        w, x, y, z = (tape.combination([(mpf("0.5"), component)]) for component in self.q)
-        rows = [[(-1, x), (-1, y), (-1, z)], [w, (-1, z), y], [z, w, (-1, x)], [(-1, y), x, w]]
-        rows += [row for vector in self.rotating for row in _cross_rows(vector)]
+        rows = product_rows([tape.combination([(mpf("0.5"), component)]) for component in self.q])
+        rows += [row for vector in self.rotating for row in cross_rows(vector)]
         states = [*self.q, *(component for vector in self.rotating for component in vector)]
         self._change(states, tape.bilinear(self.W, rows))
 
@@ -226,7 +229,7 @@ class TorqueMotion:
         """3 mu / |r|^5  r x I r."""
         factor = 3 * self._per_second2(real(fraction(mu)))
         rows = [[factor * entry for entry in row] for row in self.tensor]
-        return self._scaled(self.inverse5, self._cross(self.r, self._linear(rows, self.r)))
+        return self._scaled(self.inverse5, self.tape.bilinear(self._linear(rows, self.r), cross_rows(self.r)))
 
     def magnetic(self, dipole, k, axis, rotation):
         """Dipole x B, B of the central body's dipole."""
@@ -234,7 +237,7 @@ class TorqueMotion:
         rotation = reals(rotation)
         if any(rotation):
             E = self._inertial([component / self.rate_unit for component in rotation])
-            self._change(d, self._cross(E, d))
+            self._change(d, tape.bilinear(d, cross_rows(E)))
         (along,) = tape.bilinear(d, [self.r])
         first = self._scaled(self.inverse5, self._scaled(along, self.r))
         second = self._scaled(self.inverse3, d)
@@ -263,9 +266,6 @@ class TorqueMotion:
         columns = [list(zip(row, vector, strict=True)) for row in rows]
         return [self.tape.combination(terms, u) for terms, u in zip(columns, offset, strict=True)]
 
-    def _cross(self, u, v):
-        return self.tape.bilinear(v, _cross_rows(u))
-
     def _scaled(self, factor, vector):
         """factor times vector, where there is a factor."""
         if factor is None:
@@ -283,18 +283,13 @@ class TorqueMotion:
             steps += 1
             if steps > MAX_STEPS:
                 raise ArithmeticError(f"{MAX_STEPS} Taylor steps do not reach the time asked for")
-            states, scale = tape.expand(values, scale)
-            length = self._length(states)
+            _, scale = tape.expand(values, scale)
+            length = tape.step_length()
             while t is not None and abs(t - start) <= abs(scale) * length:
                 yield self._state(tape.evaluate((t - start) / scale))
                 t = next(pending, None)
             values = tape.evaluate(length)
             start, scale = start + scale * length, 1.5 * scale * length
-
-    def _length(self, states):
-        """Length of the step, in its scale: |c_N| length^N stays below one unit of the last place."""
-        tail = max(abs(coefficient) for series in states for coefficient in series[-2:])
-        return min(mpf(1), mpf(2) ** (-mpf(int(tail).bit_length()) / self.order))
 
     def _state(self, values):
         values = [self.tape.real(value) for value in values]
@@ -313,12 +308,6 @@ TORQUES = frozenset(
 )
 
 
-def _cross_rows(u):
-    """u x v as rows over the components of v."""
-    x, y, z = u
-    return [[None, (-1, z), y], [z, None, (-1, x)], [(-1, y), x, None]]
-
-
 def _eccentric_anomaly(M, e):
     """E - e sin E = M, by Newton's method from pi or M, whichever converges from one side."""
     M = M - 2 * mp.pi * mp.nint(M / (2 * mp.pi))
@@ -329,24 +318,6 @@ def _eccentric_anomaly(M, e):
         if abs(step) <= mp.eps * 4:
             return E
     raise ArithmeticError(f"Kepler's equation: no root for e = {mp.nstr(e, 6)}, M = {mp.nstr(M, 6)}")
-
-
-def _tensor(inertia):
-    if hasattr(inertia[0], "__len__"):
-        return [[real(entry) for entry in row] for row in symmetric(inertia)]
-    return [[real(fraction(inertia[i])) if i == j else mpf(0) for j in range(3)] for i in range(3)]
-
-
-def _inverse(tensor):
-    """The inverse, by cofactors."""
-    A = tensor
-    near, far = (1, 2, 0), (2, 0, 1)
-    cofactors = [
-        [A[near[i]][near[j]] * A[far[i]][far[j]] - A[near[i]][far[j]] * A[far[i]][near[j]] for j in range(3)]
-        for i in range(3)
-    ]
-    determinant = sum(a * c for a, c in zip(A[0], cofactors[0], strict=True))
-    return [[cofactors[j][i] / determinant for j in range(3)] for i in range(3)]
 
 
 def _times(rows, vector):

@@ -12,7 +12,7 @@ from pydantic import Field, StrictBool, model_validator
 from ..documents.fields import Number, exactly_one
 from ..documents.quantities import Angle, Length
 from ..errors import InputError
-from ..kernels.layout import ORBIT_WIDTH, OrbitCode
+from ..kernels.layout import ORBIT_WIDTH, Ellipse, OrbitCode
 from ..problem.initial_state import CentralBody, OrbitPath
 from ..times import turn_rates
 from ..times.two_part import two_sum
@@ -109,8 +109,8 @@ class Kepler(AboutABody):
             return self._interpolated(start, stop, a, central)
         high, low, rate = turn_rates.mean_motion(central.mu, a)
         numbers = np.zeros(ORBIT_WIDTH)
-        numbers[:7] = OrbitCode.KEPLER, a, e, self.initial_mean_anomaly(), high, low, rate
-        numbers[7:10], numbers[10:13] = self.perifocal_axes()
+        numbers[: Ellipse.P] = OrbitCode.KEPLER, a, e, self.initial_mean_anomaly(), high, low, rate
+        numbers[Ellipse.P : Ellipse.Q], numbers[Ellipse.Q : Ellipse.Q + 3] = self.perifocal_axes()
         return OrbitPath(numbers, np.zeros((1, 3, 1)), 1.0 / high, central)
 
     def _interpolated(self, start: float, stop: float, a: float, central: CentralBody) -> OrbitPath:

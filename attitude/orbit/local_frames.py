@@ -9,9 +9,10 @@ import numpy as np
 from ..errors import RegimeError
 from ..frames.inertial import FrameRotation
 from ..frames.rotations import conjugate, from_matrix, product
+from ..kernels.layout import Ellipse
 from ..problem.initial_state import OrbitPath
 from ..times import turn_rates
-from .path_states import eccentric_anomaly, position, velocity
+from .path_states import eccentric_anomaly, ellipse_axes, position, velocity
 
 # The sign of the quaternion is carried from knot to knot; the body moves by a few degrees between them.
 KNOTS_PER_INTERVAL = 8
@@ -30,8 +31,8 @@ def qsw(path: OrbitPath, t: np.ndarray, rest: np.ndarray | None = None) -> Frame
 
 def qsw_of_ellipse(path: OrbitPath, t: np.ndarray, rest: np.ndarray) -> FrameRotation:
     """Perifocal axes, rotated about the normal by the true anomaly."""
-    e, start, high, low, mean_motion = path.numbers[2:7]
-    P, Q = path.numbers[7:10], path.numbers[10:13]
+    e, start, high, low, mean_motion = path.numbers[Ellipse.ECCENTRICITY : Ellipse.P]
+    P, Q = ellipse_axes(path)
     perifocal = from_matrix(np.stack([P, Q, np.cross(P, Q)], axis=-1))
     half_turns = 0.5 * start + turn_rates.fraction_of_turn(t, 0.5 * high, 0.5 * low) + 0.5 * high * rest
     whole = np.round(2.0 * half_turns)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ..kernels.layout import Ellipse
 from ..problem.initial_state import OrbitPath
 from ..samples.ephemeris_data import OrbitLimits
 from ..times import turn_rates
@@ -63,7 +64,7 @@ def hyperbolic_anomaly(mean: np.ndarray, e: float) -> np.ndarray:
 def least_distance(path: OrbitPath) -> float:
     """Least distance from the central body, m; of a table at nine instants of each interval."""
     if path.is_keplerian:
-        return float(path.numbers[1] * (1.0 - path.numbers[2]))
+        return float(path.numbers[Ellipse.SEMI_MAJOR_AXIS] * (1.0 - path.numbers[Ellipse.ECCENTRICITY]))
     return float(np.sqrt((position(path, samples(path)) ** 2).sum(axis=1).min()))
 
 
@@ -74,7 +75,8 @@ def limits(path: OrbitPath) -> OrbitLimits:
     lengths, some tens of percent above the greatest where intervals are short parts of a revolution.
     """
     if path.is_keplerian:
-        a, e, rate = path.numbers[1], path.numbers[2], path.numbers[6]
+        a, e = path.numbers[Ellipse.SEMI_MAJOR_AXIS], path.numbers[Ellipse.ECCENTRICITY]
+        rate = path.numbers[Ellipse.MEAN_MOTION]
         speed = a * rate * math.sqrt((1.0 + e) / (1.0 - e))
         return OrbitLimits(float(speed), float(a * rate**2 / (1.0 - e) ** 2), float(a * (1.0 - e)), 0.0)
     polynomial = path.polynomial
@@ -88,10 +90,15 @@ def limits(path: OrbitPath) -> OrbitLimits:
     return OrbitLimits(speed, acceleration, float(distance.min()) - reach, greatest * acceleration)
 
 
+def ellipse_axes(path: OrbitPath) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) each: unit vectors of an ellipse to the pericentre and along the motion there, inertial."""
+    return path.numbers[Ellipse.P : Ellipse.P + 3], path.numbers[Ellipse.Q : Ellipse.Q + 3]
+
+
 def normals(path: OrbitPath) -> np.ndarray:
     """(n, 3): unit normals of the orbital plane; of a table at the ends of its intervals."""
     if path.is_keplerian:
-        return np.cross(path.numbers[7:10], path.numbers[10:13])[None]
+        return np.cross(*ellipse_axes(path))[None]
     polynomial = path.polynomial
     t = polynomial.start + polynomial.length * np.arange(len(polynomial.coefficients) + 1)
     normal = np.cross(position(path, t), velocity(path, t))
@@ -103,8 +110,8 @@ def samples(path: OrbitPath) -> np.ndarray:
     """(n,) s: instants dense enough to find maxima along the orbit: 720 a revolution, 9 an interval."""
     if path.is_keplerian:
         E = math.tau * np.arange(-360, 360) / 720.0  # even in E: dense near the pericentre, and one there
-        mean = (E - path.numbers[2] * np.sin(E)) / math.tau
-        return (mean - path.numbers[3]) * path.period
+        mean = (E - path.numbers[Ellipse.ECCENTRICITY] * np.sin(E)) / math.tau
+        return (mean - path.numbers[Ellipse.MEAN_ANOMALY]) * path.period
     polynomial = path.polynomial
     return polynomial.start + polynomial.length * np.arange(8 * len(polynomial.coefficients) + 1) / 8.0
 
@@ -113,8 +120,8 @@ def state(path: OrbitPath, t: np.ndarray, derivative: int) -> np.ndarray:
     """(n, 3): position, m, or its first derivative, m/s, inertial; t (n,) s since the epoch."""
     if not path.is_keplerian:
         return path.polynomial(t, derivative)
-    a, e, start, high, low, rate = path.numbers[1:7]
-    P, Q = path.numbers[7:10], path.numbers[10:13]
+    a, e, start, high, low, rate = path.numbers[Ellipse.SEMI_MAJOR_AXIS : Ellipse.P]
+    P, Q = ellipse_axes(path)
     turn = start + turn_rates.fraction_of_turn(t, high, low)
     E = eccentric_anomaly(math.tau * (turn - np.round(turn)), e)
     minor = np.sqrt((1.0 - e) * (1.0 + e))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..kernels.layout import OrbitCode
+from ..kernels.layout import Ellipse, OrbitCode, TableOrbit
 from ..rigid_body.body import RigidBody
 
 if TYPE_CHECKING:
@@ -118,7 +118,8 @@ class OrbitPath(NamedTuple):
     @property
     def polynomial(self) -> PiecewisePolynomial:
         """The polynomials of the positions, m, of a path that is not Keplerian."""
-        return PiecewisePolynomial(float(self.numbers[1]), float(self.numbers[2]), self.coefficients)
+        start, length = self.numbers[TableOrbit.START], self.numbers[TableOrbit.LENGTH]
+        return PiecewisePolynomial(float(start), float(length), self.coefficients)
 
     @property
     def velocity_polynomial(self) -> PiecewisePolynomial | None:
@@ -131,11 +132,11 @@ class OrbitPath(NamedTuple):
     def max_rate(self) -> float:
         """Speed over distance where it is greatest, rad/s; of a table in the middle of an interval."""
         if self.is_keplerian:
-            e, mean_motion = self.numbers[2], self.numbers[6]
+            e, mean_motion = self.numbers[Ellipse.ECCENTRICITY], self.numbers[Ellipse.MEAN_MOTION]
             return float(mean_motion * np.sqrt((1.0 + e) / (1.0 - e) ** 3))
         place, change = np.moveaxis(self.coefficients[:, :, :2], 2, 0)
         squares = (change * change).sum(axis=1) / (place * place).sum(axis=1)
-        return float(np.sqrt(squares.max()) / (0.5 * self.numbers[2]))
+        return float(np.sqrt(squares.max()) / (0.5 * self.numbers[TableOrbit.LENGTH]))
 
 
 class Spin(NamedTuple):

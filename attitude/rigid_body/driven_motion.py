@@ -31,7 +31,7 @@ class MomentumLaw(NamedTuple):
         flat = instants.flattened()
         own, size = np.empty((2, flat.seconds.size)), np.empty(flat.seconds.size)
         law = np.array([self.start, *self.torque, *self.damping])
-        compiled.momentum_times(flat.seconds, flat.low, law, own[0], own[1], size)
+        compiled.momentum_integral(flat.seconds, flat.low, law, own[0], own[1], size)
         shape = instants.shape
         return Instants(own[0].reshape(shape), own[1].reshape(shape), None), size.reshape(shape)
 

@@ -108,13 +108,13 @@ azimuth = Kernel("cayley_klein.azimuth", "r1.d1.d1.d2")
 gyrostats = Kernel("gyrostat.record.gyrostats", "d3.d3.d4.d2.d2.d2.g1.d2.d1.d2.d2.d2")
 sample_gyrostats = Kernel("gyrostat.attitudes.sample", *(f"g1.d1.{outputs}.i.i.i" for outputs in SAMPLES))
 principal_axes = Kernel("principal.principal_axes", "d3.d3.d4.d3")
-farthest = Kernel("clock.farthest", "d1.i.i.d1")
+max_abs_seconds = Kernel("clock.max_abs_seconds", "d1.i.i.d1")
 seconds_from_days = Kernel("clock.seconds_from_days", "d1.d1.f.f.d1.d1")
 days_from_seconds = Kernel("clock.days_from_seconds", "d1.d1.d1.d1")
 nanoseconds = Kernel("clock.nanoseconds", "d1.d1.i.f.d1")
 grid = Kernel("clock.grid", "d1.f.d1.d1")
 scaled = Kernel("clock.scaled", "d1.f.f.d1.d1")
-momentum_times = Kernel("clock.momentum_times", "d1.d1.d1.d1.d1.d1")
+momentum_integral = Kernel("clock.momentum_integral", "d1.d1.d1.d1.d1.d1")
 collocate = Kernel("solvers.collocation.collocate", "s1.d1.d2.d3.d1.d1.d3.d1.d3")
 march = Kernel("solvers.plate_march.march", "m1.d1.d2.d3.d1.d1.d3.d3.d3.d3.d2.d2.d1.d2.d1.d3.d1.d3.d2")
 bounce = Kernel("contact.flight.bounce", "d3.d3.d4.d2.d1.d1.d1.r1.d2.d2.d1.d2.d2.d2.d2.d2.d1.d3.d3.d2")
@@ -136,13 +136,13 @@ WINGS = [
         [OF_MOMENTS],
         [
             *signatures(sample, azimuth, principal_axes),
-            *signatures(farthest, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
+            *signatures(max_abs_seconds, seconds_from_days, days_from_seconds, nanoseconds, grid, scaled),
         ],
     ],
     [[OF_TENSORS]],
     [signatures(invariants)],
     [[signature] for signature in signatures(partials)],
-    [signatures(momentum_times)],
+    [signatures(momentum_integral)],
     [signatures(collocate)],
     [signatures(march)],
     [signatures(gyrostats), signatures(sample_gyrostats)],

@@ -247,7 +247,7 @@ def _from_seconds(t: Any, epoch: Time | None, field: str, threads: int) -> Insta
 
 def _max_abs(seconds: np.ndarray, first: int, last: int) -> float:
     greatest = np.zeros(1)
-    compiled.farthest(seconds, first, last, greatest)
+    compiled.max_abs_seconds(seconds, first, last, greatest)
     return float(greatest[0])
 
 

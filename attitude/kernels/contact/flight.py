@@ -88,8 +88,7 @@ def bounce(tensor, moments, axes, corners, numbers, state, halted, *arrays):
     flight, time, end = 0, 0.0, FlightEnd.NO_ROOM
     while flight < log.records.shape[0]:
         start, record = log.flights[flight], log.records[flight : flight + 1]
-        _make_record(body, start, record, scratch)
-        limits = _limits(ground, body, record[0], start)
+        limits = _begin(ground, body, start, record, scratch)
         if not _in_range(record[0], limits):
             end = FlightEnd.OUT_OF_RANGE
             break
@@ -122,14 +121,19 @@ def _write_time(start, time, out):
 
 
 @routine
-def _make_record(body, start, record, scratch):
-    """Constants of the motion from the start of a flight."""
+def _begin(ground, body, start, record, scratch):
+    """Write the constants of a flight's motion; returns bounds that hold throughout the flight."""
     for i in range(4):
         scratch.attitudes[0, i] = start[FlightRow.ATTITUDE + i]
     for i in range(3):
         scratch.rates[0, i] = start[FlightRow.RATE + i]
     rates, attitudes = scratch.rates, scratch.attitudes
     invariants(body.tensor, body.moments, body.axes, rates, attitudes, record, *scratch[:4])
+    rows, rate = rotation(four(start, FlightRow.ATTITUDE)), three(start, FlightRow.RATE)
+    position, velocity = three(start, FlightRow.POSITION), three(start, FlightRow.VELOCITY)
+    view = clearance.plane_in_body(ground, rows, rate, position, velocity)
+    constant = record[0].regime == Regime.CONSTANT_RATE
+    return clearance.flight_bounds(ground, body.moments[0], body.axes[0], constant, rate, view)
 
 
 @routine
@@ -143,16 +147,6 @@ def _motion(ground, record, start, time, scratch):
     mean = add_scaled(velocity, 0.5 * time, ground.gravity)
     position = add_scaled(three(start, FlightRow.POSITION), time, mean)
     return rows, (w[0, 0, 0], w[1, 0, 0], w[2, 0, 0]), position, add_scaled(velocity, time, ground.gravity)
-
-
-@routine
-def _limits(ground, body, record, start):
-    """Bounds that hold throughout the flight."""
-    rows, rate = rotation(four(start, FlightRow.ATTITUDE)), three(start, FlightRow.RATE)
-    position, velocity = three(start, FlightRow.POSITION), three(start, FlightRow.VELOCITY)
-    view = clearance.plane_in_body(ground, rows, rate, position, velocity)
-    constant = record.regime == Regime.CONSTANT_RATE
-    return clearance.flight_bounds(ground, body.moments[0], body.axes[0], constant, rate, view)
 
 
 @routine

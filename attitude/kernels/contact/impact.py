@@ -44,15 +44,13 @@ class Inertia(NamedTuple):
 @routine
 def inverse_tensor(moments, axes):
     """Rows of I^-1 from principal moments (3, 2) and axes (3, 3, 2)."""
-    return _inverse_row(moments, axes, 0), _inverse_row(moments, axes, 1), _inverse_row(moments, axes, 2)
-
-
-@routine
-def _inverse_row(moments, axes, i):
-    row = (0.0, 0.0, 0.0)
+    first, second, third = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for k in range(3):
-        row = add_scaled(row, axes[k, i, 0] / moments[k, 0], (axes[k, 0, 0], axes[k, 1, 0], axes[k, 2, 0]))
-    return row
+        axis, moment = (axes[k, 0, 0], axes[k, 1, 0], axes[k, 2, 0]), moments[k, 0]
+        first = add_scaled(first, axis[0] / moment, axis)
+        second = add_scaled(second, axis[1] / moment, axis)
+        third = add_scaled(third, axis[2] / moment, axis)
+    return first, second, third
 
 
 @routine

@@ -2,12 +2,12 @@
 
 from typing import NamedTuple
 
-from ..doubledouble import ONE, ZERO, add, div, hypot, mul, neg, two_product
-from ..expansion import append, append_pair, append_product, clear, value
+from ..doubledouble import ONE, ZERO, add, div, equal, hypot, mul, neg, two_product
+from ..expansion import append, append_pair, append_product, assign, clear, value
 from ..intrinsics import routine
 from ..layout import Sum
 from ..regime import ascending
-from .boost import SMALLEST_K, boosted, dot
+from .boost import SMALLEST_K, boosted, dot, unit
 from .conserved import Conserved, conserved
 
 # The other two axes before a given one, right-handed.
@@ -43,7 +43,7 @@ def momenta(tensor, rate, h, R, diagonal, rows):
         return rotors
     body = _momentum(rows)
     for i in range(3):
-        _set(rows[Sum.PRINCIPAL + i], dot(R[i], body))
+        assign(rows[Sum.PRINCIPAL + i], dot(R[i], body))
     return dot(R[0], rotors), dot(R[1], rotors), dot(R[2], rotors)
 
 
@@ -59,42 +59,27 @@ def matrix_product(A, B):
 
 
 @routine
-def _set(row, x):
-    clear(row)
-    append_pair(row, 1.0, x)
-
-
-@routine
 def _momentum(rows):
     return value(rows[Sum.PRINCIPAL]), value(rows[Sum.PRINCIPAL + 1]), value(rows[Sum.PRINCIPAL + 2])
-
-
-@routine
-def _unit(i):
-    return ONE if i == 0 else ZERO, ONE if i == 1 else ZERO, ONE if i == 2 else ZERO
-
-
-@routine
-def _same(a, b):
-    return a[0] == b[0] and a[1] == b[1]
 
 
 @routine
 def base_problem(inertia, h, rows):
     """The problem of moments and rotors along principal axes, whose momentum is in its rows."""
     h = without_negligible(inertia, h, rows)
-    identity = _unit(0), _unit(1), _unit(2)
-    if _same(inertia[0], inertia[1]) and _same(inertia[1], inertia[2]):
+    identity = unit(0)[:3], unit(1)[:3], unit(2)[:3]
+    if equal(inertia[0], inertia[1]) and equal(inertia[1], inertia[2]):
         return sphere(inertia, h, rows)
     for axis in range(3):
         i, j = BEFORE[axis]
-        if _same(inertia[i], inertia[j]):
+        if equal(inertia[i], inertia[j]):
             if h[i][0] == 0.0 and h[j][0] == 0.0:
                 return _two_turns(inertia, h, axis, rows)
-            axes = along_rotor(h, i, j, axis)
+            inverse = div(ONE, hypot(h[i], h[j]))
+            axes = axes_along(mul(h[i], inverse), mul(h[j], inverse), axis)
             m = _momentum(rows)
             for n in range(3):
-                _set(rows[Sum.PRINCIPAL + n], dot(axes[n], m))
+                assign(rows[Sum.PRINCIPAL + n], dot(axes[n], m))
             h = hypot(h[i], h[j]), ZERO, h[axis]
             return without_symmetry((inertia[i], inertia[j], inertia[axis]), h, axes, rows)
     return without_symmetry(inertia, h, identity, rows)
@@ -127,7 +112,8 @@ def without_symmetry(inertia, h, axes, rows):
     if along == 0:  # a free body: an axis that is not the middle one
         axis = ascending(inertia)[2]
     i, j = BEFORE[axis]
-    c = _axis_problem(inertia, h, axis, rows)
+    W = axis_rows(inertia, h, axis, rows)
+    c = conserved(rows, W, (div(ONE, inertia[i]), div(ONE, inertia[j]), div(ONE, inertia[axis])), ZERO)
     return Base(c, False, c.L, ZERO, (axes[i], axes[j], axes[axis]), (ZERO, ZERO, ZERO), False, 1.0)
 
 
@@ -141,27 +127,19 @@ def axis_rows(inertia, h, axis, rows):
             append(rows[row], rows[Sum.PRINCIPAL + source][n])
     # W (a_p - a_q) = (I_q - I_p) I_r
     for row, p, q, r in ((Sum.A12, i, j, axis), (Sum.A13, i, axis, j), (Sum.A23, j, axis, i)):
-        _set(rows[Sum.PART], inertia[q])
+        assign(rows[Sum.PART], inertia[q])
         append_pair(rows[Sum.PART], -1.0, inertia[p])
-        _set(rows[Sum.PRODUCT], inertia[r])
+        assign(rows[Sum.PRODUCT], inertia[r])
         clear(rows[row])
         append_product(rows[row], 1.0, rows[Sum.PART], rows[Sum.PRODUCT])
-    _set(rows[Sum.PART], inertia[i])
-    _set(rows[Sum.PRODUCT], inertia[j])
+    assign(rows[Sum.PART], inertia[i])
+    assign(rows[Sum.PRODUCT], inertia[j])
     clear(rows[Sum.TOTAL])
     append_product(rows[Sum.TOTAL], 1.0, rows[Sum.PART], rows[Sum.PRODUCT])
-    _set(rows[Sum.PART], h[axis])
+    assign(rows[Sum.PART], h[axis])
     clear(rows[Sum.K])
     append_product(rows[Sum.K], 1.0, rows[Sum.PART], rows[Sum.TOTAL])
     return mul(mul(inertia[i], inertia[j]), inertia[axis])
-
-
-@routine
-def _axis_problem(inertia, h, axis, rows):
-    W = axis_rows(inertia, h, axis, rows)
-    i, j = BEFORE[axis]
-    a = div(ONE, inertia[i]), div(ONE, inertia[j]), div(ONE, inertia[axis])
-    return conserved(rows, W, a, ZERO)
 
 
 @routine
@@ -177,9 +155,9 @@ def _any_rotor(inertia, h, axes, rows):
     )
     new = boosted(inertia, k, gamma)
     for row, x in ((Sum.M1, new.gamma[0]), (Sum.M2, new.gamma[1]), (Sum.M3, new.gamma[2])):
-        _set(rows[row], x)
+        assign(rows[row], x)
     for row, x in ((Sum.A12, new.a12), (Sum.A13, new.a13), (Sum.A23, new.a23), (Sum.K, new.k)):
-        _set(rows[row], x)
+        assign(rows[row], x)
     c = conserved(rows, ONE, new.a, L)
     w = combination(new.w, axes)
     return Base(c, False, L, new.shift, matrix_product(new.axes, axes), w, True, new.condition)
@@ -196,15 +174,11 @@ def combination(x, rows):
 
 
 @routine
-def along_rotor(h, i, j, axis):
-    """Axes in the plane of two equal moments, the first along the rotor there; and the third axis."""
-    inverse = div(ONE, hypot(h[i], h[j]))
-    c, s = mul(h[i], inverse), mul(h[j], inverse)
-    return (
-        combination((c, s, ZERO), (_unit(i), _unit(j), _unit(axis))),
-        combination((neg(s), c, ZERO), (_unit(i), _unit(j), _unit(axis))),
-        _unit(axis),
-    )
+def axes_along(c, s, axis):
+    """Axes in the plane of two equal moments, the first along (c, s) there; and the third axis."""
+    i, j = BEFORE[axis]
+    plane = unit(i)[:3], unit(j)[:3], unit(axis)[:3]
+    return combination((c, s, ZERO), plane), combination((neg(s), c, ZERO), plane), plane[2]
 
 
 @routine
@@ -214,15 +188,13 @@ def _two_turns(inertia, h, axis, rows):
     m = _momentum(rows)
     across = hypot(m[i], m[j])
     W = axis_rows(inertia, h, axis, rows)
-    _set(rows[Sum.M1], across)
+    assign(rows[Sum.M1], across)
     clear(rows[Sum.M2])
     a = div(ONE, inertia[i])
     c = conserved(rows, W, (a, a, div(ONE, inertia[axis])), ZERO)
     inverse = div(ONE, across) if across[0] > 0.0 else ZERO
     x, y = (mul(m[i], inverse), mul(m[j], inverse)) if across[0] > 0.0 else (ONE, ZERO)
-    plane = _unit(i), _unit(j), _unit(axis)
-    axes = combination((x, y, ZERO), plane), combination((neg(y), x, ZERO), plane), _unit(axis)
-    return Base(c, True, c.L, ZERO, axes, (ZERO, ZERO, ZERO), False, 1.0)
+    return Base(c, True, c.L, ZERO, axes_along(x, y, axis), (ZERO, ZERO, ZERO), False, 1.0)
 
 
 @routine
@@ -248,9 +220,9 @@ def sphere(inertia, h, rows):
     )
     for row in (Sum.M2, Sum.A12, Sum.A13, Sum.A23):
         clear(rows[row])
-    _set(rows[Sum.M1], across)
-    _set(rows[Sum.M3], m3)
+    assign(rows[Sum.M1], across)
+    assign(rows[Sum.M3], m3)
     a = div(ONE, inertia[0])
-    _set(rows[Sum.K], mul(a, size))
+    assign(rows[Sum.K], mul(a, size))
     c = conserved(rows, ONE, (a, a, a), ZERO)
     return Base(c, True, c.L, ZERO, (first, second, third), (ZERO, ZERO, ZERO), False, 1.0)

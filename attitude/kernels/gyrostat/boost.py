@@ -166,8 +166,9 @@ def eigenvector(a, k, c, left, right, third, smallest):
 
 
 @routine
-def _unit(i):
-    return ONE if i == 0 else ZERO, ONE if i == 1 else ZERO, ONE if i == 2 else ZERO, ZERO
+def unit(i):
+    """Unit vector along axis i of four."""
+    return ONE if i == 0 else ZERO, ONE if i == 1 else ZERO, ONE if i == 2 else ZERO, ONE if i == 3 else ZERO
 
 
 @routine
@@ -220,13 +221,13 @@ def boosted(inertia, k, gamma):
     )
     smallest = 1e-3 * SMALLEST_K * SMALLEST_K * greatest
     if k[lo][0] == 0.0:
-        first = a[lo], ZERO, _unit(lo)
+        first = a[lo], ZERO, unit(lo)
         second = eigenvector(a, k, c, mid, hi, lo, smallest)
     elif k[mid][0] == 0.0:
-        first = a[mid], ZERO, _unit(mid)
+        first = a[mid], ZERO, unit(mid)
         second = eigenvector(a, k, c, lo, hi, mid, smallest)
     elif k[hi][0] == 0.0:
-        first = a[hi], ZERO, _unit(hi)
+        first = a[hi], ZERO, unit(hi)
         second = eigenvector(a, k, c, lo, mid, hi, smallest)
     else:
         first = eigenvector(a, k, c, lo, mid, hi, smallest)

@@ -54,21 +54,15 @@ def coefficients(path):
     lesser = path.N if path.mu >= 0.0 else path.M
     complement = _mean(_quotient(path.nu, greater))
     mean = _mean(_quotient(lesser, greater))
-    if path.mu == 0.0 or complement[0] == 0.0:
-        # mu = 0, or the mean of nu underflows: p = 0
-        return _series(path, ZERO, mul(greater, mean), ZERO)
-    ratio = mul(PI, div(mean, complement))  # -log |p|
-    p = exp(neg(ratio))
-    if p[0] <= LARGEST_NOME:
-        return _series(path, p, mul(greater, mean), ratio)
-    return transformed(path, mul(greater, complement), ratio)
-
-
-@routine
-def _series(path, p, mean, ratio):
+    p, ratio = ZERO, ZERO
+    if path.mu != 0.0 and complement[0] != 0.0:  # else the mean of nu underflows
+        ratio = mul(PI, div(mean, complement))  # -log |p|
+        p = exp(neg(ratio))
+    if p[0] > LARGEST_NOME:
+        return transformed(path, mul(greater, complement), ratio)
     if path.family == Family.CIRCLING:
-        return circling_series(path, p, mean, ratio)
-    return swinging_series(path, p, mean)
+        return circling_series(path, p, mul(greater, mean), ratio)
+    return swinging_series(path, p, mul(greater, mean))
 
 
 @routine
@@ -80,10 +74,8 @@ def powers(x):
 
 @routine
 def _sums(E):
-    """1, 1 + E + E^2, ..., the n-th over 2n: sinh (2n+1)h / sinh h times E^n."""
-    total, power = ONE, ONE
-    power = mul(power, E)
-    s1 = add(total, add(power, square(E)))
+    """The sums of E^j, j from 0 to 2n, for n to 4: sinh (2n+1)h / sinh h times E^n."""
+    s1 = add(ONE, add(E, square(E)))
     E3 = mul(square(E), E)
     s2 = add(s1, add(E3, mul(E3, E)))
     E5 = mul(E3, square(E))
@@ -302,9 +294,9 @@ def transformed(path, f, ratio):
         if even:
             R6 = square(R[3])
             weights = (0.5, 0.0), scale(ONE, sign), R[2], scale(R6, sign), square(R6)
-    odd_cosines, odd_sines = _odd(cosines), _odd(sines)
-    alpha_re = _products(weights, _even(cosines) if even else odd_cosines)
-    alpha_im = _products(weights, _even(sines) if even else odd_sines)
+    odd_cosines, odd_sines = cosines[1::2], sines[1::2]
+    alpha_re = _products(weights, cosines[::2] if even else odd_cosines)
+    alpha_im = _products(weights, sines[::2] if even else odd_sines)
     odd_weights = _alternating(odd_weights)
     beta_re, beta_im = _products(odd_weights, odd_cosines), _products(odd_weights, odd_sines)
     # both over what they are at y = 0
@@ -339,16 +331,6 @@ def multiples(x):
     c8, s8 = sub(mul(twice, c7), c6), sub(mul(twice, s7), s6)
     c9, s9 = sub(mul(twice, c8), c7), sub(mul(twice, s8), s7)
     return (ONE, cosine, c2, c3, c4, c5, c6, c7, c8, c9), (ZERO, sine, s2, s3, s4, s5, s6, s7, s8, s9)
-
-
-@routine
-def _even(x):
-    return x[0], x[2], x[4], x[6], x[8]
-
-
-@routine
-def _odd(x):
-    return x[1], x[3], x[5], x[7], x[9]
 
 
 @routine

@@ -10,6 +10,7 @@ from ..doubledouble import add, div, mul, neg, scale, sqrt, square
 from ..expansion import append_product, append_row, clear, value
 from ..intrinsics import routine
 from ..layout import Sum
+from ..vectors import scaled
 
 
 class Conserved(NamedTuple):
@@ -168,31 +169,37 @@ def _U(rows, sign, MM, A):
     return value(rows[Sum.TOTAL])
 
 
+# -- other names of the axes: the conserved numbers along them, and their rows ----------------------------
+
+
 @routine
-def flipped(c):
+def flipped(c, R):
     """After half a turn about axis 1: (x, y, z) -> (x, -y, -z)."""
     x, y, z = c.gamma
-    return Conserved(
+    now = Conserved(
         c.a, c.a12, c.a13, c.a23, neg(c.k), (x, neg(y), neg(z)), c.L, c.below, c.above, neg(c.b1), neg(c.b2),
         c.disc1, c.disc2, c.lower, c.upper, c.poles, c.J, c.U, c.U_exchanged,
     )  # fmt: skip
+    return now, (R[0], scaled(-1.0, R[1]), scaled(-1.0, R[2]))
 
 
 @routine
-def exchanged(c):
+def exchanged(c, R):
     """After a quarter turn about axis 3: (x, y, z) -> (y, -x, z)."""
     x, y, z = c.gamma
-    return Conserved(
+    now = Conserved(
         (c.a[1], c.a[0], c.a[2]), neg(c.a12), c.a23, c.a13, c.k, (y, neg(x), z), c.L, c.above, c.below,
         c.b2, c.b1, c.disc2, c.disc1, c.upper, c.lower, c.poles, c.J, c.U_exchanged, c.U,
     )  # fmt: skip
+    return now, (R[1], scaled(-1.0, R[0]), R[2])
 
 
 @routine
-def turned(c):
+def turned(c, R):
     """After half a turn about axis 3: (x, y, z) -> (-x, -y, z)."""
     x, y, z = c.gamma
-    return Conserved(
+    now = Conserved(
         c.a, c.a12, c.a13, c.a23, c.k, (neg(x), neg(y), z), c.L, c.above, c.below, c.b1, c.b2,
         c.disc1, c.disc2, c.upper, c.lower, c.poles, c.J, c.U, c.U_exchanged,
     )  # fmt: skip
+    return now, (scaled(-1.0, R[0]), scaled(-1.0, R[1]), R[2])

@@ -43,20 +43,8 @@ class Path(NamedTuple):
 
 
 @routine
-def _flip_rows(R):
-    a, b, c = R
-    return a, (-b[0], -b[1], -b[2]), (-c[0], -c[1], -c[2])
-
-
-@routine
-def _exchange_rows(R):
-    a, b, c = R
-    return b, (-a[0], -a[1], -a[2]), c
-
-
-@routine
 def labelled(c):
-    """(conserved numbers of the axes as they are called from here on, family, rows of these axes)."""
+    """Decide which axes are 1, 2 and 3: (conserved numbers along them, family, rows of these axes)."""
     R = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
     # axis 3 has the greatest or least moment, beyond both others
     if c.a13[0] * c.a23[0] > 0.0:
@@ -64,41 +52,42 @@ def labelled(c):
     else:
         c, family, R = _labelled_middle(c, R)
     if c.gamma[0][0] < 0.0:
-        a, b, third = R
-        c, R = turned(c), ((-a[0], -a[1], -a[2]), (-b[0], -b[1], -b[2]), third)
+        c, R = turned(c, R)
     return c, family, R
 
 
 @routine
 def _labelled_extreme(c, R):
+    """`labelled`, where axis 3 has the greatest or least moment."""
     # axis 2 becomes the middle one: a12 and a23 of one sign
     if c.a12[0] * c.a23[0] < 0.0:
-        c, R = exchanged(c), _exchange_rows(R)
+        c, R = exchanged(c, R)
     s = 1.0 if c.a12[0] > 0.0 else -1.0
     outside = s * c.upper[0] >= 0.0 and s * c.lower[0] >= 0.0
     if s * c.upper[0] < 0.0 or (outside and less(absolute(c.upper), absolute(c.lower))):
-        c, R = flipped(c), _flip_rows(R)
+        c, R = flipped(c, R)
     if s * c.lower[0] < 0.0:
         return c, Family.CIRCLING, R
     if c.disc1[0] >= 0.0 and less(absolute(mul(c.k, c.a12)), mul(absolute(c.a23), sqrt(c.disc2))):
         if c.b1[0] * c.a23[0] < 0.0:
-            c, R = flipped(c), _flip_rows(R)
+            c, R = flipped(c, R)
         return c, Family.CIRCLING, R
     return c, Family.SWINGING, R
 
 
 @routine
 def _labelled_middle(c, R):
+    """`labelled`, where axis 3 has the middle moment."""
     if less(absolute(c.upper), absolute(c.lower)):
-        c, R = flipped(c), _flip_rows(R)
+        c, R = flipped(c, R)
     s = 1.0 if c.a12[0] > 0.0 else -1.0
     if s * c.upper[0] >= 0.0 and s * c.lower[0] >= 0.0:
         return c, Family.SWINGING, R
-    if s * c.upper[0] < 0.0 and s * c.lower[0] < 0.0:
-        return exchanged(c), Family.SWINGING, _exchange_rows(R)
     if s * c.upper[0] >= 0.0:
         return c, Family.CIRCLING, R
-    return exchanged(c), Family.CIRCLING, _exchange_rows(R)
+    family = Family.SWINGING if s * c.lower[0] < 0.0 else Family.CIRCLING
+    c, R = exchanged(c, R)
+    return c, family, R
 
 
 @routine

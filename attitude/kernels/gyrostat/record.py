@@ -29,6 +29,7 @@ from ..layout import GyrostatRegime, GyrostatRoute
 from ..polhode import scaled_moments
 from ..principal import over_powers_of_two, rate_is_constant
 from .base import base_problem, matrix_product, momenta
+from .boost import unit as unit_quaternion
 from .coefficients import Coefficients, coefficients, polynomial
 from .path import Family, circling_path, labelled, swinging_path
 
@@ -224,13 +225,7 @@ def write_frame(base, R_base, R, start, attitude, out):
     now = quaternion.normalised(_boost(quaternion.product(quaternion.normalised(q_MP), q_base), base.w))
     q_IM = quaternion.product(attitude, quaternion.conjugate(quaternion.product(now, q_PB)))
     for column in range(4):
-        unit = (
-            ONE if column == 0 else ZERO,
-            ONE if column == 1 else ZERO,
-            ONE if column == 2 else ZERO,
-            ONE if column == 3 else ZERO,
-        )
-        q = _boost(quaternion.product(unit, q_base), base.w)
+        q = _boost(quaternion.product(unit_quaternion(column), q_base), base.w)
         q = quaternion.product(quaternion.product(q_IM, q), q_PB)
         for i in range(4):
             out.frame[i, column] = q[i][0]

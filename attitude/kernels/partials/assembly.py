@@ -48,7 +48,7 @@ def partials(bodies, t, t_low, out, window, *space):
                 for i in range(instants[0], instants[1]):
                     if record.kind != PartialsKind.LONG_ARCS or abs(t[i]) < shortest:
                         low = 0.0 if t_low is None else t_low[i]
-                        one(body, record, (t[i], low), i - first, scratch, inertia_columns)
+                        write_instant(body, record, (t[i], low), i - first, scratch, inertia_columns)
             lost = record.grows == PartialsGrowth.LOST
             if lost or (record.grows != PartialsGrowth.BOUNDED and not is_finite(rows, instants[1] - first)):
                 window[4] = 1
@@ -57,7 +57,7 @@ def partials(bodies, t, t_low, out, window, *space):
 
 @routine
 def fill_block(body, record, t, t_low, instants, rows, tensor):
-    """Fill rows at a block of instants; of a needle not at all, and at instants of short arcs in vain."""
+    """Fill rows at a block of instants, but for needles; `write_instant` replaces those of short arcs."""
     if record.kind == PartialsKind.CONSTANT_RATE:
         if record.momentum == 0.0:
             rest_block(t, instants, rows)
@@ -73,7 +73,7 @@ def fill_block(body, record, t, t_low, instants, rows, tensor):
 
 
 @routine
-def one(body, record, instant, i, scratch, inertia_columns):
+def write_instant(body, record, instant, i, scratch, inertia_columns):
     """Derivatives at one instant, of needles and on short arcs, to row i of the block."""
     (t, low), (scheme, work, columns, rows) = instant, scratch
     if abs(record.u_rate * record.momentum * t) < SHORT:

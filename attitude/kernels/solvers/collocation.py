@@ -12,31 +12,44 @@ turn about it is one of two components.
 
 import math
 
-from ..doubledouble import two_product, two_sum
+from ..doubledouble import neg, two_product, two_sum
 from ..intrinsics import fma, inlined, kernel, routine
 from ..layout import NODES, UNKNOWNS, BodyRow, NodeRow, OrbitCode, StepRow, StepState
 from ..phase import ROUND, sine_cosine
 from ..rotation import PER_TURN, product, rotated, rotated_back
 from ..vectors import add_scaled, cross, dot, scaled, three
-from .dense_output import copied, excesses, later, momentum_of, start_of, time_of, write, write_between
+from .dense_output import (
+    add_momentum,
+    added,
+    added_attitude,
+    copy_state,
+    excesses,
+    later,
+    momentum_of,
+    since,
+    start_of,
+    time_of,
+    write,
+    write_between,
+)
 from .node_vectors import integrate
-from .orbit_path import places_and_speeds
+from .orbit_path import positions_and_velocities
 from .torque import (
-    asks_for_rates,
-    departed,
+    departure_at,
+    directions_and_strengths,
     eddies_of,
-    known_beforehand,
+    eddy_damping,
+    needs_rates,
     put_four,
     put_three,
     rate_of,
-    taken_by_eddies,
     three_at,
     torques,
     turned_by,
 )
 
-MOST_SWEEPS = 40
-MOST_HALVINGS = 40
+MAX_SWEEPS = 40
+MAX_HALVINGS = 40
 
 
 @kernel
@@ -81,11 +94,11 @@ def _march(record, span, arguments, instants, out, halted):
             share = 0.5**level
             h = whole * share
             L = momentum_of(state)
-            if abs(h) * math.sqrt(dot(L, L)) > record.reach and level < MOST_HALVINGS:
+            if abs(h) * math.sqrt(dot(L, L)) > record.reach and level < MAX_HALVINGS:
                 level, part = level + 1, 2 * part
                 continue
             t, t_low = time_of(k + part * share, whole, span[0])
-            copied(state, ahead)
+            copy_state(state, ahead)
             counts[2] += 1.0
             if halted[0] != 0.0 or counts[2] > record.max_steps:
                 counts[1] += 1.0
@@ -94,7 +107,7 @@ def _march(record, span, arguments, instants, out, halted):
             smooth, after = True, force
             if settled and record.decay <= 1e300:
                 smooth, after = _is_smooth(record.decay, (state, ahead), force, (t, t_low, h), arguments)
-            if not (settled and smooth) and level < MOST_HALVINGS:
+            if not (settled and smooth) and level < MAX_HALVINGS:
                 level, part = level + 1, 2 * part
                 continue
             if not settled:
@@ -102,15 +115,15 @@ def _march(record, span, arguments, instants, out, halted):
                 return
             output = instants, out
             written = _write_within(record, (t, t_low, h), arguments, output, written, halted)
-            copied(ahead, state)
+            copy_state(ahead, state)
             force, part = after, part + 1
             while level > 0 and part % 2 == 0:
                 level, part = level - 1, part // 2
     for i in range(written, instants.shape[1]):
         if halted[0] != 0.0:
             return
-        time = (instants[0, i] - span[1]) + instants[1, i]
-        copied(state, aside)
+        time = since(instants, i, span[1], 0.0)
+        copy_state(state, aside)
         if time != 0.0:
             step(aside, span[1], 0.0, time, *arguments)
         write(aside, arguments[0], out, i)
@@ -124,7 +137,7 @@ def _write_within(record, span, arguments, output, written, halted):
     t, t_low, h = span
     state, aside, fitted = record.state, record.scratch[StepState.WIDTH :], record.decay <= 1e300
     while written < instants.shape[1] and halted[0] == 0.0:
-        time = ((instants[0, written] - t) - t_low) + instants[1, written]
+        time = since(instants, written, t, t_low)
         if abs(time) >= abs(h):
             break
         if time == 0.0:
@@ -135,7 +148,7 @@ def _write_within(record, span, arguments, output, written, halted):
                 fitted = True
             write_between(state, time, h, own, work, out, written)
         else:
-            copied(state, aside)
+            copy_state(state, aside)
             step(aside, t, t_low, time, *arguments)
             write(aside, own, out, written)
         written += 1
@@ -155,7 +168,7 @@ def step(state, t, t_low, h, own, world, work, counts):
 
 @inlined
 def _along_nodes(state, time, h, start, world, work):
-    """What is known of the nodes beforehand: times, the two constant turns, directions of the effects."""
+    """Write what the sweeps do not change: times, the two constant turns, directions of the effects."""
     effects, orbit, pieces = world
     _, size, _, across, frame, spin = start
     turning, spinning = size * across * PER_TURN, spin * PER_TURN
@@ -172,8 +185,8 @@ def _along_nodes(state, time, h, start, world, work):
         sine, cosine = sine_cosine(work[StepRow.PRECESSION * NODES + i], 0.0)
         work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i] = cosine, sine
     if orbit[0] != OrbitCode.NONE:
-        places_and_speeds(orbit, pieces, frame, work, NODES)
-    known_beforehand(effects, frame, work)
+        positions_and_velocities(orbit, pieces, frame, work, NODES)
+    directions_and_strengths(effects, frame, work)
 
 
 @inlined
@@ -188,7 +201,7 @@ def _settle(start, h, own, world, work):
         work[row] = 0.0
     aim, after = own[2], own[3]
     last, ratio, settled = 1.0, 1.0, False
-    for sweep in range(MOST_SWEEPS):
+    for sweep in range(MAX_SWEEPS):
         _forces(start, h, own, world, work)
         integrate(work, (StepRow.SLOPE + 4) * NODES, (StepRow.STAGE + 4) * NODES)
         _turns(start, h, own, work)
@@ -203,7 +216,7 @@ def _settle(start, h, own, world, work):
             return sweep + 1, True
         after -= 1 if settled else 0
         last, ratio = max(change, 1e-300), change / last
-    return MOST_SWEEPS, False
+    return MAX_SWEEPS, False
 
 
 @inlined
@@ -213,7 +226,7 @@ def _moments(start, work):
     for i in range(NODES):
         cosine, sine = work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i]
         x, y, z = turned_by(cosine, -sine, three_at(work, StepRow.STAGE + 4, i))
-        m = rotated_back(departed(work, i, p), (x, y, z + size))
+        m = rotated_back(departure_at(work, i, p), (x, y, z + size))
         m = turned_by(work[StepRow.SPIN_COSINE * NODES + i], -work[StepRow.SPIN_SINE * NODES + i], m)
         put_three(work, StepRow.MOMENTUM, i, (m[0], m[1], axial + work[(StepRow.STAGE + 7) * NODES + i]))
 
@@ -227,19 +240,19 @@ def _forces(start, h, own, world, work):
     constants = excesses(body), inverses, rotors, body[BodyRow.ALPHA]
     effects = world[0]
     damped = C[0][0] != 0.0 or C[1][1] != 0.0 or C[2][2] != 0.0
-    if damped or not symmetric or asks_for_rates(effects):
+    if damped or not symmetric or needs_rates(effects):
         _moments(start, work)
     torques(effects, body, p, frame, work)
     if damped:
         for i in range(NODES):
-            lost = taken_by_eddies(C, rate_of(inverses, rotors, three_at(work, StepRow.MOMENTUM, i)))
+            lost = eddy_damping(C, rate_of(inverses, rotors, three_at(work, StepRow.MOMENTUM, i)))
             x, y, z = three_at(work, StepRow.TORQUE, i)
             put_three(work, StepRow.TORQUE, i, (x - lost[0], y - lost[1], z - lost[2]))
     for i in range(NODES):
         total = three_at(work, StepRow.TORQUE, i)
         work[(StepRow.SLOPE + 7) * NODES + i] = h * total[2]
         force = turned_by(work[StepRow.SPIN_COSINE * NODES + i], work[StepRow.SPIN_SINE * NODES + i], total)
-        force = rotated(departed(work, i, p), force)
+        force = rotated(departure_at(work, i, p), force)
         force = turned_by(work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i], force)
         put_three(work, StepRow.SLOPE + 4, i, scaled(h, force))
     if not symmetric:  # of a symmetric body nothing else changes the momentum along the axis
@@ -272,7 +285,7 @@ def _turns(start, h, own, work):
     if not symmetric:
         _moments(start, work)
     for i in range(NODES):
-        p = departed(work, i, p0)
+        p = departure_at(work, i, p0)
         if symmetric:
             w = 0.0, 0.0, along * work[(StepRow.STAGE + 7) * NODES + i]
         else:
@@ -360,14 +373,11 @@ def _advance(state, start, h, symmetric, work):
     gained = product(frame, (_gain(0, work), _gain(1, work), _gain(2, work), _gain(3, work)))
     sine, cosine = sine_cosine(0.5 * PER_TURN * size * across * h, 0.0)
     _turn_attitude(state, gained, cosine, L, sine / size if size > 0.0 else 0.0)
-    added = rotated(frame, (_gain(4, work), _gain(5, work), _gain(6, work)))
-    for j in range(3):
-        total, rest = two_sum(state[StepState.MOMENTUM + j], added[j])
-        total, rest = two_sum(total, state[StepState.MOMENTUM_LOW + j] + rest)
-        state[StepState.MOMENTUM + j], state[StepState.MOMENTUM_LOW + j] = total, rest
+    gained = rotated(frame, (_gain(4, work), _gain(5, work), _gain(6, work)))
+    add_momentum(state, gained)
     if symmetric:
-        total, rest = two_sum(state[StepState.AXIAL], _gain(7, work))
-        state[StepState.AXIAL], state[StepState.AXIAL_LOW] = two_sum(total, state[StepState.AXIAL_LOW] + rest)
+        total, rest = added(state, StepState.AXIAL, StepState.AXIAL_LOW, _gain(7, work))
+        state[StepState.AXIAL], state[StepState.AXIAL_LOW] = total, rest
     hi, lo = two_product(spin * PER_TURN, h)
     turns, rest = two_sum(state[StepState.SPIN], hi)
     rest += lo + state[StepState.SPIN_LOW]
@@ -378,34 +388,18 @@ def _advance(state, start, h, symmetric, work):
 @inlined
 def _turn_attitude(state, gained, cosine, L, sine):
     """(cosine, L sine) * (q + gained), normalised, everything in two parts."""
-    q0, q1, q2, q3 = (
-        _joined(state, 0, gained),
-        _joined(state, 1, gained),
-        _joined(state, 2, gained),
-        _joined(state, 3, gained),
-    )
+    q0, q1, q2, q3 = added_attitude(state, gained)
     c, (x, y, z) = (cosine, 0.0), (two_product(L[0], sine), two_product(L[1], sine), two_product(L[2], sine))
-    w = _dot4((c, _minus(x), _minus(y), _minus(z)), (q0, q1, q2, q3))
-    i = _dot4((c, x, y, _minus(z)), (q1, q0, q3, q2))
-    j = _dot4((c, y, z, _minus(x)), (q2, q0, q1, q3))
-    k = _dot4((c, z, x, _minus(y)), (q3, q0, q2, q1))
+    w = _dot4((c, neg(x), neg(y), neg(z)), (q0, q1, q2, q3))
+    i = _dot4((c, x, y, neg(z)), (q1, q0, q3, q2))
+    j = _dot4((c, y, z, neg(x)), (q2, q0, q1, q3))
+    k = _dot4((c, z, x, neg(y)), (q3, q0, q2, q1))
     square, rest = _dot4((w, i, j, k), (w, i, j, k))
     factor = -0.5 * ((square - 1.0) + rest)
     _put_scaled(state, 0, w, factor)
     _put_scaled(state, 1, i, factor)
     _put_scaled(state, 2, j, factor)
     _put_scaled(state, 3, k, factor)
-
-
-@inlined
-def _joined(state, j, gained):
-    hi, rest = two_sum(state[StepState.ATTITUDE + j], gained[j])
-    return two_sum(hi, rest + state[StepState.ATTITUDE_LOW + j])
-
-
-@inlined
-def _minus(a):
-    return -a[0], -a[1]
 
 
 @inlined

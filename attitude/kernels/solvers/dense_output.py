@@ -1,4 +1,4 @@
-"""What is written of a march: its state, the time of a step, states at instants."""
+"""States that solvers step, in two parts, and what is written of them at instants, also within a step."""
 
 import math
 
@@ -6,7 +6,7 @@ from ..doubledouble import two_product, two_sum
 from ..intrinsics import fma, inlined, routine
 from ..layout import NODES, UNKNOWNS, BodyRow, StepRow, StepState
 from ..phase import sine_cosine
-from ..rotation import PER_TURN, conjugate, product, rotated, rotated_back, upright
+from ..rotation import PER_TURN, conjugate, product, rotated, rotated_back, turned_about_third, upright
 from ..vectors import add_scaled, cross, dot, four, scaled, three
 from .torque import rate_of
 
@@ -27,6 +27,39 @@ def later(t, t_low, time):
 
 
 @inlined
+def since(instants, i, t, t_low):
+    """Seconds from t to instant i, both in two parts."""
+    return ((instants[0, i] - t) - t_low) + instants[1, i]
+
+
+@inlined
+def added(state, high, low, change):
+    """A number of a state, whose rounding error is another one, plus a change, in two parts."""
+    total, rest = two_sum(state[high], change)
+    return two_sum(total, rest + state[low])
+
+
+@inlined
+def added_attitude(state, change):
+    """The four numbers of the attitude, each plus a change, in two parts."""
+    high, low = StepState.ATTITUDE, StepState.ATTITUDE_LOW
+    return (
+        added(state, high, low, change[0]),
+        added(state, high + 1, low + 1, change[1]),
+        added(state, high + 2, low + 2, change[2]),
+        added(state, high + 3, low + 3, change[3]),
+    )
+
+
+@inlined
+def add_momentum(state, change):
+    """Add to the momentum in a state."""
+    for j in range(3):
+        high, low = StepState.MOMENTUM + j, StepState.MOMENTUM_LOW + j
+        state[high], state[low] = added(state, high, low, change[j])
+
+
+@inlined
 def attitude_of(state):
     """The attitude in a state, a tuple of four."""
     return four(state, StepState.ATTITUDE)
@@ -39,28 +72,18 @@ def momentum_of(state):
 
 
 @routine
-def copied(state, spare):
-    """Copy a state into spare room, and return that."""
+def copy_state(state, out):
+    """Copy a state."""
     for i in range(StepState.WIDTH):
-        spare[i] = state[i]
-
-
-@inlined
-def turned_about_third(q, turns, rest):
-    """A quaternion after a rotation about the third axis."""
-    sine, cosine = sine_cosine(0.5 * turns, 0.5 * rest)
-    w = fma(q[0], cosine, -q[3] * sine)
-    x = fma(q[1], cosine, q[2] * sine)
-    y = fma(q[2], cosine, -q[1] * sine)
-    z = fma(q[3], cosine, q[0] * sine)
-    return w, x, y, z
+        out[i] = state[i]
 
 
 @routine
 def write(state, own, out, i):
     """Attitude (w, x, y, z), rate (body components), momentum (inertial), as rows of out (10, n)."""
     q = attitude_of(state)
-    q = turned_about_third(q, state[StepState.SPIN], state[StepState.SPIN_LOW])
+    sine, cosine = sine_cosine(0.5 * state[StepState.SPIN], 0.5 * state[StepState.SPIN_LOW])
+    q = turned_about_third(q, cosine, sine)
     _write(q, momentum_of(state), state[StepState.AXIAL], own, out, i)
 
 
@@ -82,8 +105,7 @@ def _write(q, L, axial, own, out, i):
         out[7 + j, i] = L[j]
 
 
-# -- steps of the collocation
-# ---------------------------------------------------------------------------------
+# -- steps of the collocation -----------------------------------------------------------------------------
 
 
 @inlined
@@ -126,7 +148,8 @@ def write_between(state, time, h, own, work, out, i):
     sine, cosine = sine_cosine(0.5 * PER_TURN * size * across * time, 0.0)
     q = product(product(frame, (cosine * norm, 0.0, 0.0, sine * norm)), p)
     turns, rest = two_sum(state[StepState.SPIN], spin * PER_TURN * time)
-    q = turned_about_third(q, turns, rest + state[StepState.SPIN_LOW])
+    sine, cosine = sine_cosine(0.5 * turns, 0.5 * (rest + state[StepState.SPIN_LOW]))
+    q = turned_about_third(q, cosine, sine)
     L = add_scaled(momentum_of(state), 1.0, rotated(frame, three(work, at + 4)))
     _write(q, L, axial + work[at + 7], own, out, i)
 

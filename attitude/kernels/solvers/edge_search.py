@@ -10,12 +10,12 @@ from .plate_sources import add_plate, put_three, seen, source_row
 
 # Steps of the search are no shorter than this, in units of half an arc; a double root closer than that costs
 # less than rounding.
-LEAST_STEP = 5e-5
+MIN_STEP = 5e-5
 # A cosine within this of zero is neither side: a plate that stays edge-on to rounding has no edges.
-INDIFFERENT = 1e-13
+EDGE_COSINE = 1e-13
 # At an edge all plates this near to theirs, in cosine and in the angle until then, change sides: opposite
 # ones of a box do together.
-TOGETHER = 3e-6
+SIMULTANEOUS_COSINE = 3e-6
 
 
 @inlined
@@ -46,7 +46,7 @@ def combined(column, numbers):
 @routine
 def find_powers(sources, work):
     """Coefficients, in powers of y = 2 x - 1, of the directions that the body sees along the arc."""
-    nodes = min(ARC_NODES, work.shape[0])  # see `place_sources`
+    nodes = min(ARC_NODES, work.shape[0])  # see `evaluate_sources`
     for k in range(sources):
         turned = source_row(k, SourceRow.TURNED)
         for i in range(nodes):
@@ -89,7 +89,7 @@ def first_edge(plates, lights, flags, work):
     direction can change by has none.  For the others a lower bound of the cosine, from the greatest that its
     second derivative can be, is followed to its root again and again: no root is passed.
     """
-    best = 1.0 + 2.0 * LEAST_STEP
+    best = 1.0 + 2.0 * MIN_STEP
     source, first, reach, middle = -1, 0, 0.0, (0.0, 0.0, 0.0)
     for p in range(plates.shape[0]):
         k = int(plates[p, PlateRow.SOURCE])
@@ -136,12 +136,12 @@ def _edge_of(plate, side, first, best, work):
         f = side * fma(fma(fma(f, y, a2), y, a1), y, a0)
         slope = fma(fma(fma(7.0 * a7, y, 6.0 * a6), y, 5.0 * a5), y, 4.0 * a4)
         slope = side * fma(fma(fma(slope, y, 3.0 * a3), y, 2.0 * a2), y, a1)
-        if f < -INDIFFERENT and slope < 0.0 and y > -1.0:
+        if f < -EDGE_COSINE and slope < 0.0 and y > -1.0:
             # the root is within the last step: Newton's method, backwards
-            return min(max(y - f / slope, LEAST_STEP - 1.0), best)
-        bound = max(f, 0.0) + INDIFFERENT
+            return min(max(y - f / slope, MIN_STEP - 1.0), best)
+        bound = max(f, 0.0) + EDGE_COSINE
         step = (slope + math.sqrt(fma(slope, slope, 2.0 * curvature * bound))) / curvature
-        y += max(step, LEAST_STEP)
+        y += max(step, MIN_STEP)
     return best
 
 
@@ -170,7 +170,7 @@ def flip_plates(plates, lights, end, flags, forms, work):
 
     end : attitude there; rad/s that arcs are measured by; at an edge 1 or -1, the direction of time, else 0
     """
-    q, pace, falling = end
+    q, phase_rate, falling = end
     flips, missed, uncertain = 0, (0.0, 0.0, 0.0), 0.0
     source, at_end, d = -1, 0, (0.0, 0.0, 0.0)
     for p in range(plates.shape[0]):
@@ -183,10 +183,10 @@ def flip_plates(plates, lights, end, flags, forms, work):
         n = three(plates[p], PlateRow.NORMAL)
         f, side = dot(n, d), flags[p, PlateFlag.LIT]
         flags[p, PlateFlag.COSINE] = f
-        if side * f > (TOGETHER if falling != 0.0 else -INDIFFERENT):
+        if side * f > (SIMULTANEOUS_COSINE if falling != 0.0 else -EDGE_COSINE):
             continue
         rate = dot(n, three(work, at_end + ArcEnd.RATE))
-        if side * f > -INDIFFERENT and side * rate * falling >= -pace / TOGETHER * abs(f):
+        if side * f > -EDGE_COSINE and side * rate * falling >= -phase_rate / SIMULTANEOUS_COSINE * abs(f):
             continue
         flags[p, PlateFlag.LIT] = -side
         flips += 1
@@ -196,8 +196,8 @@ def flip_plates(plates, lights, end, flags, forms, work):
         per_cosine = add_scaled(per_cosine, plates[p, PlateRow.SCATTERED], cross(c, n))
         per_cosine = scaled(work[at_end + ArcEnd.STRENGTH], per_cosine)
         size, rate = abs(f), max(abs(rate), 1e-300)
-        longest = math.sqrt(2.0 * size) / pace
+        longest = math.sqrt(2.0 * size) / phase_rate
         missed = add_scaled(missed, size * min(0.5 * size / rate, longest), per_cosine)
-        error = size * min(size * size * pace / rate / rate, longest)
+        error = size * min(size * size * phase_rate / rate / rate, longest)
         uncertain += error * math.sqrt(dot(per_cosine, per_cosine))
     return flips, missed, uncertain

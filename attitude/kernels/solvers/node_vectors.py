@@ -52,7 +52,7 @@ def integrate(typingctx, work, slopes, integrals):
 
 
 @intrinsic
-def copied_known(typingctx, work, origin, target):
+def copy_effect(typingctx, work, origin, target):
     """Copy what is known of an effect, ROWS_PER_EFFECT rows, from one number of the workspace to another."""
 
     def codegen(context, builder, signature, args):

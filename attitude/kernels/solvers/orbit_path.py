@@ -9,11 +9,11 @@ from ..rotation import PER_TURN, rotated_back
 from ..vectors import add_scaled, pair_at, scaled, three
 
 TURN = 6.283185307179586
-MOST_ROUNDS = 12
+MAX_ITERATIONS = 12
 
 
 @inlined
-def places_and_speeds(orbit, pieces, frame, work, nodes):
+def positions_and_velocities(orbit, pieces, frame, work, nodes):
     """Position, m, and velocity, m/s, at all nodes of a step, along its axes, into the workspace.
 
     orbit : (ORBIT_WIDTH,), of an orbit, and pieces : (n, 3, degree + 1), as `layout` has them
@@ -24,7 +24,7 @@ def places_and_speeds(orbit, pieces, frame, work, nodes):
         return
     for i in range(nodes):
         now, now_low = work[NodeRow.TIME * nodes + i], work[NodeRow.TIME_LOW * nodes + i]
-        r, v = along_pieces(pieces, orbit[TableOrbit.START], orbit[TableOrbit.LENGTH], now, now_low)
+        r, v = piecewise_position(pieces, orbit[TableOrbit.START], orbit[TableOrbit.LENGTH], now, now_low)
         _put(work, nodes, i, rotated_back(frame, r), rotated_back(frame, v))
 
 
@@ -71,7 +71,7 @@ def _eccentric_anomalies(e, work, nodes):
         near = M + e * sine * fma(e, cosine, 1.0)
         # beyond e = 0.9 the series is no start near the pericentre: Danby's own converges for every e < 1
         work[(NodeRow.VELOCITY + 1) * nodes + i] = near if e < 0.9 else M + math.copysign(0.85 * e, sine)
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         greatest = 0.0
         for i in range(nodes):
             M, E = work[NodeRow.VELOCITY * nodes + i], work[(NodeRow.VELOCITY + 1) * nodes + i]
@@ -94,7 +94,7 @@ def _eccentric_anomalies(e, work, nodes):
 
 
 @inlined
-def along_pieces(pieces, start, length, t, t_low):
+def piecewise_position(pieces, start, length, t, t_low):
     """Position and velocity on the polynomial of the piece that t is in (the outermost, outside)."""
     place = (t - start) / length
     piece = max(0, min(int(place), pieces.shape[0] - 1))

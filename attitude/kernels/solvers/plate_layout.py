@@ -105,7 +105,7 @@ MARCHED = np.dtype(
         ("constant", "f8", 3),  # torque that is constant in the body, N m
         ("state", "f8", StepState.WIDTH),
         ("theta", "f8"),  # rad, of the longest arc
-        ("pace", "f8"),  # 1/s2: torque over the least moment, and other rates squared
+        ("squared_rates", "f8"),  # 1/s2: torque over the least moment, and other rates squared
         ("counts", "i8", 4),
         ("edges", "f8"),  # rad/s: what missed edges may have cost
         ("start", "f8", StepState.WIDTH),

@@ -12,9 +12,9 @@ from ..doubledouble import two_product, two_sum
 from ..intrinsics import fma, inlined, kernel, routine
 from ..layout import BodyRow, EffectRow, NodeRow, OrbitCode, StepState
 from ..phase import sine_cosine
-from ..rotation import PER_TURN, product, rotated, rotated_back
+from ..rotation import PER_TURN, product, rotated, rotated_back, turned_about_third
 from ..vectors import add_scaled, cross, dot, four, scaled, three
-from .dense_output import attitude_of, later, momentum_of, write
+from .dense_output import add_momentum, added_attitude, attitude_of, later, momentum_of, since, write
 from .edge_search import (
     column_of,
     combined,
@@ -27,16 +27,16 @@ from .edge_search import (
     row_of,
     weighted,
 )
-from .orbit_path import along_pieces, places_and_speeds
+from .orbit_path import piecewise_position, positions_and_velocities
 from .plate_layout import ARC_NODES, ArcRow
-from .plate_sources import add_torques, four_at, place_sources, put_three, sum_forms, three_at
-from .torque import eddies_of, rate_of, taken_by_eddies, users
+from .plate_sources import add_torques, evaluate_sources, four_at, put_three, sum_forms, three_at
+from .torque import eddies_of, eddy_damping, rate_of, user_torque
 
-MOST_SWEEPS, MOST_HALVINGS = 40, 40
+MAX_SWEEPS, MAX_HALVINGS = 40, 40
 # What the next sweep may still change where edges are foretold, and where an arc is solved.
-FORETOLD, SOLVED = 1e-8, 1e-19
+PREDICTED_CHANGE, SOLVED_CHANGE = 1e-8, 1e-19
 # An arc is tried in so many times the mean length of those before it.
-LENGTHENING = 2.5
+MAX_GROWTH = 2.5
 # Flips after which the forms, from which plates are taken and to which they are added, are summed anew.
 FLIPS_BETWEEN_SUMS = 32
 
@@ -74,14 +74,16 @@ def _march(record, span, instants, out, halted, own, memory, world):
     state, sign = record.state, 1.0 if span[1] >= span[0] else -1.0
     t, t_low, written, mean = span[0], 0.0, 0, math.inf
     interval = _interval(cuts, t, sign)
-    _begin(record, (t, t_low, lights[interval]), own, memory, world)
+    _evaluate_nodes(record, state, (t, t_low, lights[interval]), 0.0, own, memory, world)
+    find_ends(own[2].shape[0], 1.0, memory[0])
+    _light(record, lights[interval], own, memory)
     while sign * ((span[1] - t) - t_low) > 0.0:
         if halted[0] != 0.0:
             return
         now = t, t_low, lights[interval]
         remaining, to_cut = sign * ((span[1] - t) - t_low), _to_cut(cuts, interval, t, t_low, sign)
-        pace = _pace(record, world, memory[0])
-        h = sign * min(remaining, to_cut, LENGTHENING * mean, record.theta / pace)
+        phase_rate = _phase_rate(record, world, memory[0])
+        h = sign * min(remaining, to_cut, MAX_GROWTH * mean, record.theta / phase_rate)
         h, part = _solve_arc(record, now, h, own, memory, world)
         for j in range(StepState.WIDTH):
             record.start[j] = state[j]
@@ -93,12 +95,12 @@ def _march(record, span, instants, out, halted, own, memory, world):
         for i in range(last - 1, written - 1, -1):  # backwards: each from the longer one before
             if halted[0] != 0.0:
                 return
-            since = _since(instants, i, t, t_low)
-            _write_between(record, now, (before, since), own, memory, world)
+            length = since(instants, i, t, t_low)
+            _write_between(record, now, (before, length), own, memory, world)
             write(record.between, (record.body, False), out, i)
-            before = since
+            before = length
         written = last
-        _change_sides(record, now[2], pace, sign if part < 1.0 else 0.0, own, memory)
+        _change_sides(record, now[2], phase_rate, sign if part < 1.0 else 0.0, own, memory)
         if part < 1.0 or abs(h) < min(remaining, to_cut):
             t, t_low = later(t, t_low, h)
         else:
@@ -112,16 +114,9 @@ def _march(record, span, instants, out, halted, own, memory, world):
         write(state, (record.body, False), out, i)
 
 
-@routine
-def _begin(record, now, own, memory, world):
-    """What is lit at the start, where all nodes are put."""
-    _place(record, record.state, now, 0.0, own, memory, world)
-    find_ends(own[2].shape[0], 1.0, memory[0])
-    _light(record, now[2], own, memory)
-
-
 @inlined
 def _light(record, light, own, memory):
+    """Decide which plates are lit, and sum the forms of the sources."""
     plates, base, (work, flags, forms) = own[0], own[1], memory
     light_plates(plates, light, attitude_of(record.state), flags, work)
     sum_forms(base, plates, flags, forms)
@@ -132,10 +127,11 @@ def _solve_arc(record, now, h, own, memory, world):
     """Length, s, of the arc up to the first edge, and its part of the one tried: above 1 without an edge."""
     work, flags, plates, sources = memory[0], memory[1], own[0], own[2]
     settled = False
-    for _ in range(MOST_HALVINGS):
-        _place(record, record.state, now, h, own, memory, world)
-        _clear(work)
-        sweeps, settled = _settle(record, record.state, h, FORETOLD, own, memory)
+    for _ in range(MAX_HALVINGS):
+        _evaluate_nodes(record, record.state, now, h, own, memory, world)
+        for i in range(ArcRow.STAGE * ARC_NODES, ArcRow.SLOPE * ARC_NODES):
+            work[i] = 0.0
+        sweeps, settled = _settle(record, record.state, h, PREDICTED_CHANGE, own, memory)
         record.counts[1] += sweeps
         if settled:
             break
@@ -146,9 +142,9 @@ def _solve_arc(record, now, h, own, memory, world):
     if part < 1.0:
         _shorten(part, work)
         h *= part
-        _place(record, record.state, now, h, own, memory, world)
+        _evaluate_nodes(record, record.state, now, h, own, memory, world)
         _stages(h, 1.0, work)
-    sweeps, solved = _settle(record, record.state, h, SOLVED, own, memory)
+    sweeps, solved = _settle(record, record.state, h, SOLVED_CHANGE, own, memory)
     record.counts[0] += 1
     record.counts[1] += sweeps
     record.counts[3] += 0 if settled and solved else 1
@@ -166,38 +162,33 @@ def _write_between(record, now, lengths, own, memory, world):
     if since != 0.0:
         work = memory[0]
         _shorten(since / before, work)
-        _place(record, record.start, now, since, own, memory, world)
+        _evaluate_nodes(record, record.start, now, since, own, memory, world)
         _stages(since, 1.0, work)
-        _settle(record, record.start, since, SOLVED, own, memory)
+        _settle(record, record.start, since, SOLVED_CHANGE, own, memory)
         _advance(record.between, record.body, since, work)
 
 
 @routine
-def _change_sides(record, light, pace, falling, own, memory):
+def _change_sides(record, light, phase_rate, falling, own, memory):
     """Plates that are at their edges change sides, and the momentum by what these were missed by."""
     plates, base, (work, flags, forms), state = own[0], own[1], memory, record.state
     q = attitude_of(state)
-    flips, missed, uncertain = flip_plates(plates, light, (q, pace, falling), flags, forms, work)
+    flips, missed, uncertain = flip_plates(plates, light, (q, phase_rate, falling), flags, forms, work)
     if flips:
         before = record.counts[2] // FLIPS_BETWEEN_SUMS
         record.counts[2] += flips
         sign = 1.0 if falling >= 0.0 else -1.0
-        _add_momentum(state, scaled(sign, rotated(q, missed)))
+        add_momentum(state, scaled(sign, rotated(q, missed)))
         record.edges += uncertain * _turn_per_momentum(record)
         if record.counts[2] // FLIPS_BETWEEN_SUMS != before:
             sum_forms(base, plates, flags, forms)
-
-
-@inlined
-def _since(instants, i, t, t_low):
-    return ((instants[0, i] - t) - t_low) + instants[1, i]
 
 
 @routine
 def _instants_before(instants, first, now, h):
     """How many instants are before the end of the arc, in the direction `now` gives with its start."""
     t, t_low, sign = now
-    while first < instants.shape[1] and sign * _since(instants, first, t, t_low) < abs(h):
+    while first < instants.shape[1] and sign * since(instants, first, t, t_low) < abs(h):
         first += 1
     return first
 
@@ -220,10 +211,10 @@ def _to_cut(cuts, interval, t, t_low, sign):
 
 
 @routine
-def _pace(record, world, work):
-    """rad/s by which arcs are measured: of the body, what torques make of it, the orbit at the last node."""
+def _phase_rate(record, world, work):
+    """The rate that arcs are measured by, rad/s: of the body, of its change by torques, and of the orbit."""
     rate = _rate(record)
-    square = dot(rate, rate) + record.pace
+    square = dot(rate, rate) + record.squared_rates
     if world[2][0] != OrbitCode.NONE:
         last = ARC_NODES - 1
         r, v = three_at(work, NodeRow.POSITION, last), three_at(work, NodeRow.VELOCITY, last)
@@ -233,6 +224,7 @@ def _pace(record, world, work):
 
 @inlined
 def _rate(record):
+    """Body rate, rad/s."""
     state, body = record.state, record.body
     m = rotated_back(attitude_of(state), momentum_of(state))
     return rate_of(three(body, BodyRow.INVERSES), three(body, BodyRow.ROTORS), m)
@@ -248,8 +240,8 @@ def _turn_per_momentum(record):
 
 
 @routine
-def _place(record, state, now, h, own, memory, world):
-    """What is known of the nodes beforehand: times, the two constant turns, places, directions, strengths."""
+def _evaluate_nodes(record, state, now, h, own, memory, world):
+    """Write what the sweeps do not change: times, the two constant turns, positions, sources."""
     (t, t_low, light), body, work = now, record.body, memory[0]
     orbit, pieces, sun, sun_pieces, air = world[2:]
     L = momentum_of(state)
@@ -267,13 +259,13 @@ def _place(record, state, now, h, own, memory, world):
         work[ArcRow.SPIN_SINE * ARC_NODES + i], work[ArcRow.SPIN_COSINE * ARC_NODES + i] = sine, cosine
         work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i] = later(t, t_low, time)
     if orbit[0] != OrbitCode.NONE:
-        places_and_speeds(orbit, pieces, (1.0, 0.0, 0.0, 0.0), work, ARC_NODES)
+        positions_and_velocities(orbit, pieces, (1.0, 0.0, 0.0, 0.0), work, ARC_NODES)
     if sun[2] != 0.0:
         for i in range(ARC_NODES):
             now, now_low = work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i]
-            place, _ = along_pieces(sun_pieces, sun[0], sun[1], now, now_low)
+            place, _ = piecewise_position(sun_pieces, sun[0], sun[1], now, now_low)
             put_three(work, NodeRow.SUN, i, place)
-    place_sources(own[2], light, air, work)
+    evaluate_sources(own[2], light, air, work)
 
 
 @inlined
@@ -283,12 +275,6 @@ def _constants(state, body):
     a1, a2, a3 = three(body, BodyRow.INVERSES)
     across = 0.5 * (a1 + a2)
     return across, fma(axial, a3 - across, -a3 * body[BodyRow.ROTORS + 2]), axial
-
-
-@routine
-def _clear(work):
-    for i in range(ArcRow.STAGE * ARC_NODES, ArcRow.SLOPE * ARC_NODES):
-        work[i] = 0.0
 
 
 @routine
@@ -336,7 +322,7 @@ def _settle(record, state, h, limit, own, memory):
     last, ratio = 1.0, 1.0
     turn = abs(h) * size * max(body[BodyRow.INVERSES], body[BodyRow.INVERSES + 1], body[BodyRow.INVERSES + 2])
     rounding = max(1e-13, 1e-15 * turn)
-    for sweep in range(MOST_SWEEPS):
+    for sweep in range(MAX_SWEEPS):
         _slopes(record, state, own, memory)
         change = _stages(h, 1.0 / size if size > 0.0 else 1.0, work)
         if sweep == 0:
@@ -348,7 +334,7 @@ def _settle(record, state, h, limit, own, memory):
         if change * gain <= limit or (change >= 0.5 * last and change < rounding):
             return sweep + 1, True
         last, ratio = max(change, 1e-300), change / last
-    return MOST_SWEEPS, False
+    return MAX_SWEEPS, False
 
 
 @inlined
@@ -368,25 +354,14 @@ def _slopes(record, state, own, memory):
     for k in range(user_rows.shape[0]):
         to_axes = four(body, BodyRow.TO_AXES)
         for i in range(ARC_NODES):
-            q = _spun(
-                product(four_at(work, ArcRow.PRECESSION, i), four_at(work, ArcRow.DEPARTURE, i)),
-                work[ArcRow.SPIN_SINE * ARC_NODES + i],
-                work[ArcRow.SPIN_COSINE * ARC_NODES + i],
-            )
+            q = product(four_at(work, ArcRow.PRECESSION, i), four_at(work, ArcRow.DEPARTURE, i))
+            cosine, sine = work[ArcRow.SPIN_COSINE * ARC_NODES + i], work[ArcRow.SPIN_SINE * ARC_NODES + i]
+            q = turned_about_third(q, cosine, sine)
             t = work[NodeRow.TIME * ARC_NODES + i] + work[NodeRow.TIME_LOW * ARC_NODES + i]
-            torque = users(user_rows[k, EffectRow.VALUE], to_axes, t, q, three_at(work, ArcRow.RATE, i))
+            torque = user_torque(user_rows[k, EffectRow.VALUE], to_axes, t, q, three_at(work, ArcRow.RATE, i))
             put_three(work, ArcRow.TORQUE, i, add_scaled(three_at(work, ArcRow.TORQUE, i), 1.0, torque))
     for i in range(ARC_NODES):
         _slope_at_node(work, i, axial, across, (inverses, rotors, alpha, C))
-
-
-@inlined
-def _spun(q, sine, cosine):
-    """A quaternion after a rotation about the third axis by twice this angle."""
-    w = fma(q[0], cosine, -q[3] * sine)
-    x = fma(q[1], cosine, q[2] * sine)
-    y = fma(q[2], cosine, -q[1] * sine)
-    return w, x, y, fma(q[3], cosine, q[0] * sine)
 
 
 @inlined
@@ -403,7 +378,8 @@ def _at_node(work, i, starts, L, constants, fixed):
     put_three(work, ArcRow.DEPARTURE + 1, i, (p[1], p[2], p[3]))
     outer = rotated_back(four_at(work, ArcRow.PRECESSION, i), three_at(work, ArcRow.STAGE + 4, i))
     put_three(work, ArcRow.GAIN, i, outer)
-    w, x, y, z = _spun(p, work[ArcRow.SPIN_SINE * ARC_NODES + i], work[ArcRow.SPIN_COSINE * ARC_NODES + i])
+    cosine, sine = work[ArcRow.SPIN_COSINE * ARC_NODES + i], work[ArcRow.SPIN_SINE * ARC_NODES + i]
+    w, x, y, z = turned_about_third(p, cosine, sine)
     x2, y2, z2 = x + x, y + y, z + z
     first = fma(-y2, y, fma(-z2, z, 1.0)), fma(x2, y, -w * z2), fma(x2, z, w * y2)
     second = fma(x2, y, w * z2), fma(-x2, x, fma(-z2, z, 1.0)), fma(y2, z, -w * x2)
@@ -422,7 +398,7 @@ def _at_node(work, i, starts, L, constants, fixed):
 def _slope_at_node(work, i, axial, across, constants):
     inverses, rotors, alpha, C = constants
     m, rate = three_at(work, ArcRow.MOMENTUM, i), three_at(work, ArcRow.RATE, i)
-    total = add_scaled(three_at(work, ArcRow.TORQUE, i), -1.0, taken_by_eddies(C, rate))
+    total = add_scaled(three_at(work, ArcRow.TORQUE, i), -1.0, eddy_damping(C, rate))
     inner = cross(m, rate)
     extra = (
         fma(inverses[0] - across, m[0], fma(alpha, inner[0], -inverses[0] * rotors[0])),
@@ -488,11 +464,9 @@ def _advance(state, body, h, work):
     y, y_low = two_product(L[1], sine)
     z, z_low = two_product(L[2], sine)
     about, about_low = (cosine, x, y, z), (0.0, x_low, y_low, z_low)
-    w, w_low = _end(state, 0, h, work)
-    x, x_low = _end(state, 1, h, work)
-    y, y_low = _end(state, 2, h, work)
-    z, z_low = _end(state, 3, h, work)
-    q, q_low = _two_part_product(about, about_low, (w, x, y, z), (w_low, x_low, y_low, z_low))
+    departure = _gain(0, h, work), _gain(1, h, work), _gain(2, h, work), _gain(3, h, work)
+    w, x, y, z = added_attitude(state, departure)
+    q, q_low = _two_part_product(about, about_low, (w[0], x[0], y[0], z[0]), (w[1], x[1], y[1], z[1]))
     sine, cosine = sine_cosine(0.5 * PER_TURN * spin * h, 0.0)
     q, q_low = _two_part_product(q, q_low, (cosine, 0.0, 0.0, sine), (0.0, 0.0, 0.0, 0.0))
     excess, rest = -1.0, 0.0
@@ -504,27 +478,13 @@ def _advance(state, body, h, work):
     for j in range(4):
         total, rest = two_sum(q[j], fma(q[j], factor, q_low[j]))
         state[StepState.ATTITUDE + j], state[StepState.ATTITUDE_LOW + j] = total, rest
-    gained = (
-        h * weighted(work, ArcRow.WEIGHT, ArcRow.SLOPE + 4),
-        h * weighted(work, ArcRow.WEIGHT, ArcRow.SLOPE + 5),
-        h * weighted(work, ArcRow.WEIGHT, ArcRow.SLOPE + 6),
-    )
-    _add_momentum(state, gained)
+    add_momentum(state, (_gain(4, h, work), _gain(5, h, work), _gain(6, h, work)))
 
 
 @inlined
-def _end(state, j, h, work):
-    """A component of the departure at the end of the arc, in two parts."""
-    total, rest = two_sum(state[StepState.ATTITUDE + j], h * weighted(work, ArcRow.WEIGHT, ArcRow.SLOPE + j))
-    return two_sum(total, rest + state[StepState.ATTITUDE_LOW + j])
-
-
-@inlined
-def _add_momentum(state, change):
-    for j in range(3):
-        total, rest = two_sum(state[StepState.MOMENTUM + j], change[j])
-        total, rest = two_sum(total, state[StepState.MOMENTUM_LOW + j] + rest)
-        state[StepState.MOMENTUM + j], state[StepState.MOMENTUM_LOW + j] = total, rest
+def _gain(row, h, work):
+    """By how much an unknown changes over the arc."""
+    return h * weighted(work, ArcRow.WEIGHT, ArcRow.SLOPE + row)
 
 
 @routine

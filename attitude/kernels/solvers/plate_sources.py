@@ -38,7 +38,7 @@ def source_row(k, row):
 
 
 @routine
-def place_sources(sources, lights, air, work):
+def evaluate_sources(sources, lights, air, work):
     """Direction and strength of every source at the nodes, whose times and places are there already.
 
     In rows whose place the compiler knows, and copied from there.  That there are as many nodes as there are
@@ -64,12 +64,12 @@ def place_sources(sources, lights, air, work):
                 _put_source(work, i, direction, (reference - math.sqrt(dot(r, r))) / height)
                 work[ArcRow.CHANGE * ARC_NODES + i] = -0.5 * density * speed2
             if row[DragRow.AIR_COUNT] > 0.0:
-                _place_air(row, air, work, nodes)
+                _write_log_density(row, air, work, nodes)
             for i in range(nodes):
                 relative = math.exp(work[ArcRow.RATE * ARC_NODES + i])
                 work[ArcRow.RATE * ARC_NODES + i] = work[ArcRow.CHANGE * ARC_NODES + i] * relative
         elif code == EffectCode.SOLAR_PLATE:
-            _place_sun(row, lights[k], work, nodes)
+            _evaluate_sunlight(row, lights[k], work, nodes)
         elif code == EffectCode.CONSTANT_INERTIAL:
             fixed = three(row, EffectRow.VALUE)
             size = math.sqrt(dot(fixed, fixed))
@@ -77,12 +77,12 @@ def place_sources(sources, lights, air, work):
             for i in range(nodes):
                 _put_source(work, i, direction, size)
         else:
-            _place_field(row, work, nodes)
+            _evaluate_field(row, work, nodes)
         _keep_source(k, work, nodes)
 
 
 @inlined
-def _place_air(row, air, work, nodes):
+def _write_log_density(row, air, work, nodes):
     """Logarithm of the density at the nodes."""
     first, count = int(row[DragRow.AIR_FIRST]), int(row[DragRow.AIR_COUNT])
     for i in range(nodes):
@@ -128,7 +128,7 @@ def _put_source(work, i, direction, strength):
 
 
 @inlined
-def _place_sun(row, light, work, nodes):
+def _evaluate_sunlight(row, light, work, nodes):
     pressure = 0.0 if light == Light.DARK else row[SolarRow.PRESSURE]
     strength = -pressure * (ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT)
     for i in range(nodes):
@@ -143,13 +143,13 @@ def _place_sun(row, light, work, nodes):
 
 
 @inlined
-def _place_field(row, work, nodes):
+def _evaluate_field(row, work, nodes):
     """The field of a dipole fixed in the turning central body: `torque.dipole_field`."""
     fixed, cosines = three(row, DipoleRow.AXIS), three(row, DipoleRow.AXIS_COSINE)
-    axis, pace = (fixed, cosines, three(row, DipoleRow.AXIS_SINE)), pair_at(row, DipoleRow.TURN_RATE)
+    axis, turn_rate = (fixed, cosines, three(row, DipoleRow.AXIS_SINE)), pair_at(row, DipoleRow.TURN_RATE)
     for i in range(nodes):
         t = work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i]
-        field = dipole_field(row[DipoleRow.STRENGTH], axis, pace, t, three_at(work, NodeRow.POSITION, i))
+        field = dipole_field(row[DipoleRow.STRENGTH], axis, turn_rate, t, three_at(work, NodeRow.POSITION, i))
         size = math.sqrt(dot(field, field))
         _put_source(work, i, scaled(1.0 / max(size, 1e-300), field), size)
 

@@ -1,9 +1,8 @@
-"""The torques of a scene's effects at all nodes of a step; rows of numbers as `layout` has them.
+"""The torques of a scene's effects at all nodes of a step of the collocation (docs/torques.md, section 1).
 
-What depends on the time alone (directions of the centre of the Earth and of the field, and how
-strong each is) is computed once a step, along axes that turn with the step
-(`known_beforehand`); what depends on the attitude in every sweep (`torques`).  All along the body's axes that
-the solver steps, and SI.
+What depends on the time alone, the direction of the central body or of its field and the strength, is
+computed once a step, along axes that turn with the step (`directions_and_strengths`); what depends on the
+attitude, in every sweep (`torques`).  Torques are along the body's axes that the solver steps.
 """
 
 import math
@@ -17,7 +16,7 @@ from ..layout import NODES, ROWS_PER_EFFECT, BodyRow, DipoleRow, EffectCode, Eff
 from ..phase import phase, sine_cosine
 from ..rotation import product, rotated, rotated_back
 from ..vectors import add_scaled, cross, dot, four, pair_at, scaled, three
-from .node_vectors import copied_known
+from .node_vectors import copy_effect
 
 ASTRONOMICAL_UNIT = 149597870700.0
 
@@ -57,7 +56,7 @@ def turned_by(cosine, sine, v):
 
 
 @inlined
-def departed(work, i, start):
+def departure_at(work, i, start):
     """The departure of the attitude at node i."""
     stage = four_at(work, StepRow.STAGE, i)
     return start[0] + stage[0], start[1] + stage[1], start[2] + stage[2], start[3] + stage[3]
@@ -67,8 +66,8 @@ def departed(work, i, start):
 
 
 @routine
-def known_beforehand(effects, frame, work):
-    """Direction and strength of every effect at the nodes, from the places in the workspace.
+def directions_and_strengths(effects, frame, work):
+    """Direction and strength of every effect at the nodes, from the positions in the workspace.
 
     frame : quaternion from the axes of the step to inertial ones
     """
@@ -80,25 +79,25 @@ def known_beforehand(effects, frame, work):
                 r = three_at(work, NodeRow.POSITION, i)
                 distance2 = dot(r, r)
                 inverse = 1.0 / math.sqrt(distance2)
-                _know(work, i, scaled(inverse, r), 3.0 * row[EffectRow.VALUE] * inverse / distance2)
+                _write_source(work, i, scaled(inverse, r), 3.0 * row[EffectRow.VALUE] * inverse / distance2)
         elif code == EffectCode.CONSTANT_INERTIAL:
             fixed = rotated_back(frame, three(row, EffectRow.VALUE))
             for i in range(NODES):
-                _know(work, i, fixed, 1.0)
+                _write_source(work, i, fixed, 1.0)
         elif code == EffectCode.MAGNETIC:
             fixed = rotated_back(frame, three(row, DipoleRow.AXIS))
             cosines = rotated_back(frame, three(row, DipoleRow.AXIS_COSINE))
             axis = fixed, cosines, rotated_back(frame, three(row, DipoleRow.AXIS_SINE))
-            strength, pace = row[DipoleRow.STRENGTH], pair_at(row, DipoleRow.TURN_RATE)
+            strength, turn_rate = row[DipoleRow.STRENGTH], pair_at(row, DipoleRow.TURN_RATE)
             for i in range(NODES):
                 t = work[NodeRow.TIME * NODES + i], work[NodeRow.TIME_LOW * NODES + i]
-                field = dipole_field(strength, axis, pace, t, three_at(work, NodeRow.POSITION, i))
-                _know(work, i, field, 1.0)
-        copied_known(work, StepRow.DIRECTION * NODES, (StepRow.EFFECTS + ROWS_PER_EFFECT * k) * NODES)
+                field = dipole_field(strength, axis, turn_rate, t, three_at(work, NodeRow.POSITION, i))
+                _write_source(work, i, field, 1.0)
+        copy_effect(work, StepRow.DIRECTION * NODES, (StepRow.EFFECTS + ROWS_PER_EFFECT * k) * NODES)
 
 
 @inlined
-def _know(work, i, direction, strength):
+def _write_source(work, i, direction, strength):
     """Keep a direction, turned with the step about the momentum, and a strength."""
     cosine, sine = work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i]
     put_three(work, StepRow.DIRECTION, i, turned_by(cosine, -sine, direction))
@@ -106,12 +105,12 @@ def _know(work, i, direction, strength):
 
 
 @inlined
-def dipole_field(strength, axis, pace, t, r):
+def dipole_field(strength, axis, turn_rate, t, r):
     """k / r^3 (3 (d . e) e - d): the field of a dipole d fixed in the turning central body.
 
-    axis : a, b, c of d = a + b cos + c sin; pace : turns/s in two parts; t in two parts
+    axis : a, b, c of d = a + b cos + c sin; turn_rate : turns/s in two parts; t in two parts
     """
-    turns, rest = phase(pace, t[0], t[1])
+    turns, rest = phase(turn_rate, t[0], t[1])
     sine, cosine = sine_cosine(turns, rest)
     d = add_scaled(add_scaled(axis[0], cosine, axis[1]), sine, axis[2])
     distance2 = dot(r, r)
@@ -124,7 +123,7 @@ def dipole_field(strength, axis, pace, t, r):
 
 
 @inlined
-def asks_for_rates(effects):
+def needs_rates(effects):
     """Whether a torque depends on the rate of the body."""
     asks = False
     for k in range(effects.shape[0]):
@@ -138,43 +137,43 @@ def torques(effects, body, start, frame, work):
 
     What does not depend on the node is read beforehand: a loop that reads no other array becomes vectors.
 
-    start : the departure at the start of the step; frame : as in `known_beforehand`
+    start : the departure at the start of the step; frame : as in `directions_and_strengths`
     """
     for i in range(NODES):
         put_three(work, StepRow.TORQUE, i, (0.0, 0.0, 0.0))
     for k in range(effects.shape[0]):
         row = effects[k]
         code = row[EffectRow.CODE]
-        copied_known(work, (StepRow.EFFECTS + ROWS_PER_EFFECT * k) * NODES, StepRow.DIRECTION * NODES)
+        copy_effect(work, (StepRow.EFFECTS + ROWS_PER_EFFECT * k) * NODES, StepRow.DIRECTION * NODES)
         if code == EffectCode.GRAVITY_GRADIENT:
             moments = three(body, BodyRow.MOMENTS)
             for i in range(NODES):
                 strength = work[StepRow.STRENGTH * NODES + i]
-                _add(work, i, gravity_gradient(strength, moments, _seen(work, i, start)))
+                _add(work, i, gravity_gradient(strength, moments, _direction_seen(work, i, start)))
         elif code == EffectCode.CONSTANT_BODY:
             fixed = three(row, EffectRow.VALUE)
             for i in range(NODES):
                 _add(work, i, fixed)
         elif code == EffectCode.CONSTANT_INERTIAL:
             for i in range(NODES):
-                _add(work, i, _seen(work, i, start))
+                _add(work, i, _direction_seen(work, i, start))
         elif code == EffectCode.MAGNETIC:
             own = three(row, DipoleRow.DIPOLE)
             for i in range(NODES):
-                _add(work, i, cross(own, _seen(work, i, start)))
+                _add(work, i, cross(own, _direction_seen(work, i, start)))
         elif code == EffectCode.USER:
             inverses, rotors = three(body, BodyRow.INVERSES), three(body, BodyRow.ROTORS)
             address, to_axes = row[EffectRow.VALUE], four(body, BodyRow.TO_AXES)
             for i in range(NODES):
                 rate = rate_of(inverses, rotors, three_at(work, StepRow.MOMENTUM, i))
                 t = work[NodeRow.TIME * NODES + i] + work[NodeRow.TIME_LOW * NODES + i]
-                _add(work, i, users(address, to_axes, t, attitude_at(work, i, start, frame), rate))
+                _add(work, i, user_torque(address, to_axes, t, attitude_at(work, i, start, frame), rate))
 
 
 @inlined
-def _seen(work, i, start):
+def _direction_seen(work, i, start):
     """The direction along the body's axes at node i."""
-    v = rotated_back(departed(work, i, start), three_at(work, StepRow.DIRECTION, i))
+    v = rotated_back(departure_at(work, i, start), three_at(work, StepRow.DIRECTION, i))
     return turned_by(work[StepRow.SPIN_COSINE * NODES + i], -work[StepRow.SPIN_SINE * NODES + i], v)
 
 
@@ -182,7 +181,7 @@ def _seen(work, i, start):
 def attitude_at(work, i, start, frame):
     """The whole attitude at node i."""
     sine, cosine = sine_cosine(0.5 * work[StepRow.PRECESSION * NODES + i], 0.0)
-    q = product(product(frame, (cosine, 0.0, 0.0, sine)), departed(work, i, start))
+    q = product(product(frame, (cosine, 0.0, 0.0, sine)), departure_at(work, i, start))
     sine, cosine = sine_cosine(0.5 * work[StepRow.SPIN * NODES + i], 0.0)
     return product(q, (cosine, 0.0, 0.0, sine))
 
@@ -204,15 +203,15 @@ def gravity_gradient(strength, moments, e):
 
 
 @inlined
-def users(address, to_axes, t, q, rate):
+def user_torque(address, to_axes, t, q, rate):
     """The torque of a function of the user's, asked in the frame of the user's body."""
     attitude = product(q, to_axes)
     omega = rotated_back(to_axes, rate)
-    return rotated(to_axes, called(bits_of(address), t, attitude, omega))
+    return rotated(to_axes, call_function(bits_of(address), t, attitude, omega))
 
 
 @intrinsic
-def called(typingctx, address, t, q, rate):
+def call_function(typingctx, address, t, q, rate):
     """The three numbers that the C function at an address writes."""
     double = ir.DoubleType()
     signature = types.UniTuple(types.float64, 3)(address, t, q, rate)
@@ -252,6 +251,6 @@ def eddies_of(body):
 
 
 @inlined
-def taken_by_eddies(C, rate):
+def eddy_damping(C, rate):
     """C omega."""
     return dot(C[0], rate), dot(C[1], rate), dot(C[2], rate)

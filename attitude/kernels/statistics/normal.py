@@ -86,19 +86,12 @@ FAR = (
 
 
 @inlined
-def _polynomial(c, x):
-    p = fma(c[0], x, c[1])
-    p = fma(p, x, c[2])
-    p = fma(p, x, c[3])
-    p = fma(p, x, c[4])
-    p = fma(p, x, c[5])
-    p = fma(p, x, c[6])
-    return fma(p, x, c[7])
-
-
-@inlined
-def _ratio(coefficients, x):
-    return _polynomial(coefficients[0], x) / _polynomial(coefficients[1], x)
+def rational(coefficients, x):
+    """The quotient of two polynomials of degree seven."""
+    above, below = coefficients[0][0], coefficients[1][0]
+    for k in range(1, 8):
+        above, below = fma(above, x, coefficients[0][k]), fma(below, x, coefficients[1][k])
+    return above / below
 
 
 @routine
@@ -129,8 +122,8 @@ def normal(word):
     r = (float(k if below else LAST - k) + 0.5) * 2.0**-53  # the probability of the nearer tail, exactly
     q = 0.5 - r
     if q <= CENTRAL:
-        x = q * _ratio(CENTRE, fma(-q, q, CENTRAL * CENTRAL))
+        x = q * rational(CENTRE, fma(-q, q, CENTRAL * CENTRAL))
     else:
         root = math.sqrt(minus_log(r))
-        x = _ratio(NEAR, root - 1.6) if root <= 5.0 else _ratio(FAR, root - 5.0)
+        x = rational(NEAR, root - 1.6) if root <= 5.0 else rational(FAR, root - 5.0)
     return -x if below else x
