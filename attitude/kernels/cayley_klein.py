@@ -17,7 +17,7 @@ from .doubledouble import LN2, TURN, pair, two_product, two_sum
 from .intrinsics import bits_of, double_of, fma, inlined, kernel, routine
 from .layout import Route
 from .phase import ROUND, argument, phase, sine_cosine
-from .vectors import dot, first_three, rows_of
+from .vectors import dot, five, four, rows_of, three
 
 
 @routine
@@ -93,18 +93,6 @@ def compose(alpha_re, alpha_im, beta_re, beta_im, sine, cosine):
 @routine
 def _dot4(a, b):
     return fma(a[0], b[0], fma(a[1], b[1], fma(a[2], b[2], a[3] * b[3])))
-
-
-@routine
-def four(x):
-    """The first four numbers of an array."""
-    return x[0], x[1], x[2], x[3]
-
-
-@routine
-def five(x):
-    """The first five numbers of an array."""
-    return x[0], x[1], x[2], x[3], x[4]
 
 
 @routine
@@ -219,7 +207,7 @@ def sample_transformed(body, window, t, t_low, quaternions, rates):
     b, first, last = window
     precession, y_rate, y0 = pair(body.precession), pair(body.argument), pair(body.argument0)
     slip, Q, half_turn = body.slip, body.nome, half_turn_of(body)
-    series, factor = series_of(body), first_three(body.direction[0])
+    series, factor = series_of(body), three(body.direction[0])
     frame, to_rate = _outputs(body)
     for i in range(np.uint64(first), np.uint64(last)):  # unsigned: no test for negative indices
         low = None if t_low is None else t_low[i]

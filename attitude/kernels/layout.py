@@ -148,7 +148,7 @@ class GyrostatRegime(IntEnum):
 
     CONSTANT = 0  # rate
     TWO_TURNS = 1  # at constant rates
-    CIRCLING, SWINGING, SEPARATRIX = 2, 3, 4  # families of paths (section 3), and what parts them
+    CIRCLING, SWINGING, SEPARATRIX = 2, 3, 4  # families of paths (section 2), and what parts them
 
 
 class Sum(IntEnum):

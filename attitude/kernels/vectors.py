@@ -5,12 +5,6 @@ import math
 from .intrinsics import fma, inlined, routine
 
 
-@routine
-def first_three(array):
-    """The first three numbers of an array."""
-    return array[0], array[1], array[2]
-
-
 @inlined
 def pair_at(row, first):
     """Two numbers of a row, from `first` on."""
@@ -18,21 +12,27 @@ def pair_at(row, first):
 
 
 @inlined
-def three(row, first):
+def three(row, first=0):
     """Three numbers of a row, from `first` on."""
     return row[first], row[first + 1], row[first + 2]
 
 
 @inlined
-def four(row, first):
+def four(row, first=0):
     """Four numbers of a row, from `first` on."""
     return row[first], row[first + 1], row[first + 2], row[first + 3]
+
+
+@inlined
+def five(row):
+    """The first five numbers of a row."""
+    return row[0], row[1], row[2], row[3], row[4]
 
 
 @routine
 def rows_of(matrix):
     """A (3, 3) array as three rows."""
-    return first_three(matrix[0]), first_three(matrix[1]), first_three(matrix[2])
+    return three(matrix[0]), three(matrix[1]), three(matrix[2])
 
 
 @inlined

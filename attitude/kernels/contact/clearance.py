@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from ..intrinsics import routine
 from ..layout import CornerKind, GroundRow
-from ..vectors import add_scaled, cross, dot, first_three, norm, three, times, transposed
+from ..vectors import add_scaled, cross, dot, norm, three, times, transposed
 
 # Relative to the body's size: distance within which a point is on the plane, and depth that the lower bound
 # on the path of a leaving point may reach (it cannot tell such a point from one that dips below).
@@ -130,7 +130,7 @@ def _corner_depth(ground, view):
 @routine
 def height_and_rate(ground, view, i):
     """Height of the lowest point about corner i over the plane, and its rate."""
-    corner = first_three(ground.points[i])
+    corner = three(ground.points[i])
     depth, deepening = _corner_depth(ground, view)
     return view.height + dot(corner, view.normal) - depth, view.speed + dot(corner, view.turning) - deepening
 

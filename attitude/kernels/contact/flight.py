@@ -12,19 +12,7 @@ from ..doubledouble import two_sum
 from ..intrinsics import kernel, routine
 from ..invariants import invariants
 from ..layout import RIM_POINTS, BounceState, ContactRow, CornerKind, FlightEnd, FlightRow, Regime, TouchRow
-from ..vectors import (
-    across,
-    add_scaled,
-    dot,
-    first_three,
-    four,
-    norm,
-    pair_at,
-    rotation,
-    three,
-    times,
-    transposed,
-)
+from ..vectors import across, add_scaled, dot, four, norm, pair_at, rotation, three, times, transposed
 from . import clearance, impact
 from .clearance import STILL_SPEED
 
@@ -244,7 +232,7 @@ def _contact_points(ground, view, points):
 @routine
 def _write_lowest(ground, normal, i, points, count):
     """Write the lowest point about a corner; of a rim that lies flat, points all around."""
-    corner = first_three(ground.points[i])
+    corner = three(ground.points[i])
     inwards = -ground.radius
     if ground.corner_kind == CornerKind.RIM:
         down = add_scaled(normal, -dot(normal, ground.axis), ground.axis)

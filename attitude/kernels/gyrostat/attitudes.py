@@ -1,31 +1,21 @@
 """Samples of gyrostats: time to phases, to alpha and beta, to quaternion and body rate.
 
 As in `cayley_klein`, but the attitude is normalised last, since the matrix that takes (alpha, beta) to it
-need not be orthogonal, and the rate is read off the attitude: omega = I^-1 (L gamma - h).  Equations:
-docs/gyrostats.md.
+need not be orthogonal, and the rate is read off the attitude: omega = I^-1 (L gamma - h)
+((37), (41) and (45) of docs/gyrostats.md).
 """
 
 import math
 
 import numpy as np
 
-from ..cayley_klein import (
-    exp_pair,
-    five,
-    four,
-    frame_times,
-    inverse_root,
-    quartic,
-    series_of,
-    theta_pair,
-    turned,
-)
+from ..cayley_klein import exp_pair, frame_times, inverse_root, quartic, series_of, theta_pair, turned
 from ..doubledouble import fast_two_sum, pair, two_product, two_sum
 from ..intrinsics import bits_of, fma, kernel, routine
 from ..layout import GyrostatRoute
 from ..phase import ROUND, argument, phase, sine_cosine
 from ..rotation import rotated_back
-from ..vectors import dot, first_three, rows_of
+from ..vectors import dot, five, four, rows_of, three
 
 
 @routine
@@ -49,7 +39,7 @@ def outputs(body):
     """The rows of the frame matrix; what the rate is made of."""
     F = body.frame
     frame = four(F[0]), four(F[1]), four(F[2]), four(F[3])
-    return frame, (first_three(body.momentum), rows_of(body.to_rate), first_three(body.rotor_rate))
+    return frame, (three(body.momentum), rows_of(body.to_rate), three(body.rotor_rate))
 
 
 @routine

@@ -1,4 +1,8 @@
-"""How the problem of a body with any rotors becomes that of a body with a rotor along its axis 3."""
+"""How the problem of a body with any rotors becomes that of a body with a rotor along its axis 3.
+
+docs/gyrostats.md: (38) where the motion is two turns, section 2 for a rotor along a principal axis, section 6
+for any other.
+"""
 
 from typing import NamedTuple
 

@@ -1,7 +1,7 @@
 """Rotors along any axis: the Lorentz transformation to a body with its rotor along axis 3.
 
 The path of X = (gamma, 1) is where the cone X.Q_A.X = 0, Q_A = diag(1, 1, 1, -1), meets a quadric
-X.Q_B.X = 0.  Two eigenvectors of the pencil become axes 1 and 2 (docs/gyrostats.md, section 6).
+X.Q_B.X = 0.  Two eigenvectors of the pencil become axes 1 and 2 (docs/gyrostats.md, (46) to (48)).
 """
 
 import math
@@ -243,6 +243,7 @@ def less_middle(inertia, i, mid):
 
 @routine
 def _transformed_problem(a, k, c, gamma, first, second, shift):
+    """The problem along eigenvectors E1 and E2 (48); E0 is the time axis, made orthogonal to both."""
     (end1, d1, E1), (end2, d2, E2) = first, second
     z1, z2 = sub(end1, d1), sub(end2, d2)
     E0 = _sum4((ZERO, ZERO, ZERO, ONE), _sum4(_scaled4(E1[3], E1), _scaled4(E2[3], E2)))

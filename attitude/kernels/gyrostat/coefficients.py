@@ -1,4 +1,6 @@
-"""From the path of the momentum to the two theta functions of the attitude (docs/gyrostats.md).
+"""From the path of the momentum to the two theta functions of the attitude.
+
+Equations (41) to (44) of docs/gyrostats.md, and its section 4 beside and on the separatrices.
 
 The nome p is signed: p < 0 where the other two ends of the path's quartic are complex or interlace.
 """

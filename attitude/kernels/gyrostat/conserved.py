@@ -1,7 +1,8 @@
 """Conserved numbers of a body with a rotor along axis 3: the only sums of the closed form that lose digits.
 
 With the momentum M instead of its direction, A_i = W a_i and K = W L k, they are polynomials of the input; W
-is any factor that makes the A_i exact.  They are summed as expansions (docs/gyrostats.md).
+is any factor that makes the A_i exact.  They are summed as expansions
+((39) and (40) of docs/gyrostats.md).
 """
 
 from typing import NamedTuple

@@ -1,6 +1,7 @@
 """The closed path of the momentum in a body with a rotor along axis 3: labels, ends, moduli.
 
-Every number is formed without cancellation from the conserved ones.
+Equations (40a) to (42a) of docs/gyrostats.md; every number is formed without cancellation from the conserved
+ones.
 """
 
 from enum import IntEnum
@@ -13,7 +14,7 @@ from .conserved import exchanged, flipped, turned
 
 
 class Family(IntEnum):
-    """Families of paths (docs/gyrostats.md, section 3)."""
+    """Families of paths (docs/gyrostats.md, section 2)."""
 
     CIRCLING = 0  # gamma goes round axis 3
     SWINGING = 1  # it stays on one side of it
@@ -129,7 +130,7 @@ def _product3(x, y, z):
 
 @routine
 def circling_path(c, axes):
-    """The path of a body whose momentum circles (docs/gyrostats.md, section 3)."""
+    """The path of a body whose momentum circles axis 3 (docs/gyrostats.md, (42), C)."""
     s = 1.0 if c.a12[0] > 0.0 else -1.0
     extreme = c.a13[0] * c.a23[0] > 0.0
     a12, a13, a23 = absolute(c.a12), absolute(c.a13), absolute(c.a23)
@@ -207,7 +208,7 @@ def rate_at_upper_end(c, upper_above):
 
 @routine
 def swinging_path(c, axes):
-    """The path of a body whose momentum swings (docs/gyrostats.md, section 3)."""
+    """The path of a body whose momentum swings on one side of axis 3 (docs/gyrostats.md, (42), L)."""
     s = 1.0 if c.a12[0] > 0.0 else -1.0
     a12, a13 = absolute(c.a12), absolute(c.a13)
     x2, a13x3 = _upper_end(c, s)

@@ -1,4 +1,7 @@
-"""Constants of a gyrostat's motion from body, rotors, rate and attitude, in two parts: what samples need."""
+"""Constants of a gyrostat's motion from body, rotors, rate and attitude, in two parts: what samples need.
+
+Equation numbers are those of docs/gyrostats.md, up to (36) those of docs/theory.md.
+"""
 
 import math
 
@@ -54,6 +57,7 @@ def gyrostats(tensors, moments, axes, rates, attitudes, rotors, out, *space):
 
 @routine
 def _record(tensor, moments, axes, motion, attitude, out, space):
+    """Fill the record of a body, scaled by powers of two; motion : rate and momentum of the rotors."""
     (rate, rotor), (rows, parts, work, factors, numbers) = motion, space
     size = power_of_two_near(max(moments[0, 0], moments[1, 0], moments[2, 0]))
     unit = max(abs(rate[0]), abs(rate[1]), abs(rate[2]))
@@ -151,6 +155,7 @@ def _start(co):
 
 @routine
 def _transformed_start(co):
+    """`_start` by the transformed series (docs/gyrostats.md, section 4)."""
     size, sign = absolute(co.argument0), 1.0 if co.argument0[0] >= 0.0 else -1.0
     g = exp(neg(size))
     e = square(g)
@@ -185,6 +190,7 @@ def _times_phase(z, sine, cosine):
 
 @routine
 def _write_series(co, shift, unit, out):
+    """Coefficients and rates of the phases; shift : of the rate of the common phase, unit : of rates."""
     out.route = co.route
     store(out.precession, scale(mul(add(co.rate, shift), PER_TURN), unit))
     if co.route == GyrostatRoute.TRANSFORMED:

@@ -1,4 +1,7 @@
-"""Partial derivatives along the body's axes, of each body at each instant (docs/partial-derivatives.md)."""
+"""Partial derivatives along the body's axes, of each body at each instant.
+
+The columns are those of docs/partial-derivatives.md, section 1.
+"""
 
 import numpy as np
 

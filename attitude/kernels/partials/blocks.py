@@ -1,4 +1,4 @@
-"""What loops over a block of instants share: the numbers of a body that they need; how columns are written.
+"""What loops over a block of instants share: the numbers of a body that they need, and writing of columns.
 
 The numbers are copies, as tuples: LLVM cannot tell whether what is read from an array within a loop was
 changed by the loop's stores, and would make no vectors.  Nor would it for signed indices, which may wrap, or
@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..cayley_klein import five, four
 from ..doubledouble import pair
 from ..intrinsics import inlined, routine
-from ..vectors import add_scaled, cross, dot, first_three, scaled
+from ..vectors import add_scaled, cross, dot, five, four, scaled, three
 
 # Instants at a time; rows of a block: the (6, 12) derivatives, one row of the block for each.
 BLOCK, ROWS = 64, 72
@@ -84,16 +83,16 @@ def copies(body, record):
         four(body.alpha_im),
         four(body.beta_re),
         four(body.beta_im),
-        first_three(body.amplitude),
+        three(body.amplitude),
         body.modulus,
         body.complementary_modulus,
         body.K_prime,
     )
     g = record.direction
     return own, RecordInLoop(
-        first_three(record.inverse),
-        first_three(record.differences),
-        first_three(record.start),
+        three(record.inverse),
+        three(record.differences),
+        three(record.start),
         record.b2,
         record.u_rate,
         four(record.quaternion),
@@ -101,7 +100,7 @@ def copies(body, record):
         pair(record.weight),
         four(record.series),
         record.quotient,
-        first_three(record.integral0),
+        three(record.integral0),
     )
 
 

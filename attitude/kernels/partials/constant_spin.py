@@ -1,4 +1,4 @@
-"""Partial derivatives beside a constant rate, axis 3 along the momentum (docs/partial-derivatives.md)."""
+"""Partial derivatives beside a constant rate, axis 3 along it (docs/partial-derivatives.md, section 5)."""
 
 import math
 
@@ -7,7 +7,7 @@ import numpy as np
 from ..doubledouble import pair, two_sum
 from ..intrinsics import inlined, routine
 from ..phase import phase, sine_cosine
-from ..vectors import first_three, rows_of, scaled
+from ..vectors import rows_of, scaled, three
 from .blocks import PITCH, ROWS, put, put_attitude_columns, put_axis_columns, to_body_axes
 
 
@@ -18,8 +18,8 @@ def constant_block(record, t, t_low, window, rows, oscillates, tensor):
     oscillates : None where what departs from the rate grows, anything else where it turns about the momentum
     tensor : None for moments and axes, anything else for the elements of the tensor
     """
-    P, L, J = rows_of(record.axes), record.momentum, first_three(record.inverse)
-    differences, root = first_three(record.differences), record.u_rate
+    P, L, J = rows_of(record.axes), record.momentum, three(record.inverse)
+    differences, root = three(record.differences), record.u_rate
     turns = pair(record.turns[0]), pair(record.turns[1])
     w0 = scaled(L * J[2], P[2])
     x, y, z = initial_rate(record, P, 0), initial_rate(record, P, 1), initial_rate(record, P, 2)

@@ -1,7 +1,7 @@
-"""Samples with the integrals of squares of Jacobi's functions; equations of docs/partial-derivatives.md.
+"""Samples with the integrals of squares of Jacobi's functions (docs/partial-derivatives.md, section 3).
 
 The integrals of cn^2, sn^2, dn^2, cd^2, sd^2 and nd^2 from t = 0 are combinations of u and of one more
-function: Jacobi's zeta, or the two functions that the modular transform makes of it.
+function: Jacobi's zeta (53), or the two functions that the modular transform makes of it.
 """
 
 import math
@@ -10,8 +10,6 @@ from ..cayley_klein import (
     compose,
     cubic,
     exp_pair,
-    five,
-    four,
     half_turn_of,
     quartic,
     series_of,
@@ -24,7 +22,7 @@ from ..cayley_klein import (
 from ..doubledouble import pair, two_sum
 from ..intrinsics import fma, inlined
 from ..phase import argument, phase, sine_cosine
-from ..vectors import first_three
+from ..vectors import five, four, three
 
 # Beyond this what grows as exp(4 y) would leave the range of a double: it is evaluated here, and multiplied.
 MAX_Y = 170.0
@@ -67,7 +65,7 @@ def transformed_now(body, record, t, t_low):
     e, inverse = exp_pair(-2.0 * size)
     powers = e, Q * inverse, Q * e
     q = compose(*transformed_pair(powers, signs, series_of(body)), *sine_cosine(turns, low + joined))
-    gamma = transformed_direction(powers, signs, Q, first_three(record.direction[0]))
+    gamma = transformed_direction(powers, signs, Q, three(record.direction[0]))
     return q, gamma, (*transformed_pair_of_zeta(powers, signs[0], record.series), n, growth)
 
 

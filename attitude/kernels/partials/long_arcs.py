@@ -1,4 +1,6 @@
-"""Partial derivatives along axes 1, 2, 3 where the rate is not constant (docs/partial-derivatives.md).
+"""Partial derivatives along axes 1, 2, 3 where the rate is not constant.
+
+Equations (49) to (52) of docs/partial-derivatives.md; needles are in its section 4.
 
 Vectors over or times A1: g/A1, gamma'/A1, A1 chi, A1 X, A1 F, eps/A1, so that no amplitude is squared.
 """

@@ -1,8 +1,8 @@
 """Partial derivatives over long arcs, at a block of instants: straight-line code for vectors.
 
-Of all bodies but needles that spin about themselves (`long_arcs.needle_arc`).  All columns are made of four
-vectors, turned to the body's axes once: small rotations of C n, g, gamma, chi, and rates of J gamma,
-J gamma', J X.
+Equations (50) to (52) of docs/partial-derivatives.md, for all bodies but needles that spin about themselves
+(`long_arcs.needle_arc`).  All columns are made of four vectors, turned to the body's axes once: small
+rotations of C n, g, gamma, chi, and rates of J gamma, J gamma', J X.
 """
 
 import numpy as np

@@ -1,4 +1,7 @@
-"""What partial derivatives of a motion need besides its constants, once per body."""
+"""What partial derivatives of a motion need besides its constants, once per body.
+
+Symbols are those of docs/partial-derivatives.md, sections 2 to 5; the numbers, those of `layout.PARTIALS`.
+"""
 
 import math
 

@@ -1,24 +1,17 @@
 """Partial derivatives over arcs in which the momentum hardly moves in the body: Gauss's quadrature.
 
 Over abs(u) < 1/2 the differences of the closed form cancel; they are integrals of smooth functions
-(docs/partial-derivatives.md).  Scaled by A1 as in `long_arcs`.
+(docs/partial-derivatives.md, section 4).  Scaled by A1 as in `long_arcs`.
 """
 
 from enum import IntEnum
 
-from ..cayley_klein import (
-    exp_pair,
-    five,
-    half_turn_of,
-    since_half_turn,
-    theta_direction,
-    transformed_direction,
-)
+from ..cayley_klein import exp_pair, half_turn_of, since_half_turn, theta_direction, transformed_direction
 from ..doubledouble import pair
 from ..intrinsics import fma, routine
 from ..layout import PartialsKind, Route
 from ..phase import argument, sine_cosine
-from ..vectors import add_scaled, cross, dot, first_three, unit_vector
+from ..vectors import add_scaled, cross, dot, five, three, unit_vector
 from .integrals import theta_now, transformed_now
 from .long_arcs import (
     add_change_of_inertia,
@@ -60,7 +53,7 @@ def direction_at(body, record, t, t_low):
         return theta_direction(s, c, fma(c, c, -s * s), (five(g[0]), five(g[1]), five(g[2]), five(g[3])))
     y, signs, _n = since_half_turn(x, rest, *half_turn_of(body))
     e, inverse = exp_pair(-2.0 * abs(y))
-    return transformed_direction((e, body.nome * inverse, body.nome * e), signs, body.nome, first_three(g[0]))
+    return transformed_direction((e, body.nome * inverse, body.nome * e), signs, body.nome, three(g[0]))
 
 
 @routine

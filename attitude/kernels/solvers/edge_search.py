@@ -1,4 +1,7 @@
-"""Edges of plates: when a plate turns its edge to a source, and what changes then."""
+"""Edges of plates: when a plate turns its edge to a source, and what changes then.
+
+docs/torques.md, section 5: arcs that end at edges, and equation (T8).
+"""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Where the centre of mass is on its orbit, and how fast: exact two-body motion, or polynomials in time."""
+"""Position and velocity of the centre of mass on its orbit: exact two-body motion, or polynomials in time."""
 
 import math
 

@@ -396,6 +396,7 @@ def _at_node(work, i, starts, L, constants, fixed):
 
 @inlined
 def _slope_at_node(work, i, axial, across, constants):
+    """Rates of change of the departure (T5) and of the momentum, from momentum, rate and torque there."""
     inverses, rotors, alpha, C = constants
     m, rate = three_at(work, ArcRow.MOMENTUM, i), three_at(work, ArcRow.RATE, i)
     total = add_scaled(three_at(work, ArcRow.TORQUE, i), -1.0, eddy_damping(C, rate))

@@ -1,4 +1,7 @@
-"""Directions and strengths of the effects' sources at the nodes of an arc, and the torques of their forms."""
+"""Directions and strengths of the effects' sources at the nodes of an arc, and the torques of their forms.
+
+docs/torques.md, section 5: equation (T7), shadow and density.
+"""
 
 import math
 
