@@ -42,10 +42,12 @@ from .torque import (
     needs_rates,
     put_four,
     put_three,
+    put_two,
     rate_of,
     three_at,
     torques,
     turned_by,
+    two_at,
 )
 
 MAX_SWEEPS = 40
@@ -175,15 +177,15 @@ def _along_nodes(state, time, h, start, world, work):
     spun, spun_low = state[StepState.SPIN], state[StepState.SPIN_LOW]
     for i in range(NODES):
         seconds = work[StepRow.NODE * NODES + i] * h
-        work[NodeRow.TIME * NODES + i], work[NodeRow.TIME_LOW * NODES + i] = later(time[0], time[1], seconds)
+        put_two(work, NodeRow.TIME, i, later(time[0], time[1], seconds))
         work[StepRow.PRECESSION * NODES + i] = turning * seconds
         turns, rest = two_sum(spun, spinning * seconds)
         work[StepRow.SPIN * NODES + i] = turns
         sine, cosine = sine_cosine(turns, rest + spun_low)
-        work[StepRow.SPIN_COSINE * NODES + i], work[StepRow.SPIN_SINE * NODES + i] = cosine, sine
+        put_two(work, StepRow.SPIN_COSINE, i, (cosine, sine))
     for i in range(NODES):
         sine, cosine = sine_cosine(work[StepRow.PRECESSION * NODES + i], 0.0)
-        work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i] = cosine, sine
+        put_two(work, StepRow.COSINE, i, (cosine, sine))
     if orbit[0] != OrbitCode.NONE:
         positions_and_velocities(orbit, pieces, frame, work, NODES)
     directions_and_strengths(effects, frame, work)
@@ -191,11 +193,11 @@ def _along_nodes(state, time, h, start, world, work):
 
 @inlined
 def _settle(start, h, own, world, work):
-    """(sweeps, whether the stages stand still): to rounding, so that no step remembers a guess.
+    """Sweep until the stages no longer change: to rounding, so that no step depends on a guess.
 
-    In a sweep (Gauss and Seidel's) the torque at the stages gives the momentum, and that the attitude; after
-    the last the torque once more, for the momentum at the end of the step.  Some more may be asked for
-    after the stages stand still to the aim.
+    Returns (sweeps, whether the stages have settled).  In a sweep (Gauss and Seidel's) the torque at the
+    stages gives the momentum, and that the attitude; after the last the torque once more, for the momentum
+    at the end of the step.  Some more may be asked for after the stages have settled to the aim.
     """
     for row in range(StepRow.STAGE * NODES, (StepRow.STAGE + UNKNOWNS) * NODES):
         work[row] = 0.0
@@ -206,7 +208,7 @@ def _settle(start, h, own, world, work):
         integrate(work, (StepRow.SLOPE + 4) * NODES, (StepRow.STAGE + 4) * NODES)
         _turns(start, h, own, work)
         change = integrate(work, StepRow.SLOPE * NODES, StepRow.STAGE * NODES)
-        if not change <= 1e3:  # sweeps go astray: attitudes differ by no more than 2
+        if not change <= 1e3:  # sweeps diverge: attitudes differ by no more than 2
             return sweep + 1, False
         # what the next sweep would change, were it to gain no more than the last two; or rounding is left
         gain = max(ratio, change / last)
@@ -220,14 +222,15 @@ def _settle(start, h, own, world, work):
 
 
 @inlined
-def _moments(start, work):
+def _momenta(start, work):
     """Momentum at the nodes along the body's axes: turned from the step's, the third apart."""
     p, size, axial, _, _, _ = start
     for i in range(NODES):
-        cosine, sine = work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i]
+        cosine, sine = two_at(work, StepRow.COSINE, i)
         x, y, z = turned_by(cosine, -sine, three_at(work, StepRow.STAGE + 4, i))
         m = rotated_back(departure_at(work, i, p), (x, y, z + size))
-        m = turned_by(work[StepRow.SPIN_COSINE * NODES + i], -work[StepRow.SPIN_SINE * NODES + i], m)
+        cosine, sine = two_at(work, StepRow.SPIN_COSINE, i)
+        m = turned_by(cosine, -sine, m)
         put_three(work, StepRow.MOMENTUM, i, (m[0], m[1], axial + work[(StepRow.STAGE + 7) * NODES + i]))
 
 
@@ -241,7 +244,7 @@ def _forces(start, h, own, world, work):
     effects = world[0]
     damped = C[0][0] != 0.0 or C[1][1] != 0.0 or C[2][2] != 0.0
     if damped or not symmetric or needs_rates(effects):
-        _moments(start, work)
+        _momenta(start, work)
     torques(effects, body, p, frame, work)
     if damped:
         for i in range(NODES):
@@ -251,9 +254,9 @@ def _forces(start, h, own, world, work):
     for i in range(NODES):
         total = three_at(work, StepRow.TORQUE, i)
         work[(StepRow.SLOPE + 7) * NODES + i] = h * total[2]
-        force = turned_by(work[StepRow.SPIN_COSINE * NODES + i], work[StepRow.SPIN_SINE * NODES + i], total)
+        force = turned_by(*two_at(work, StepRow.SPIN_COSINE, i), total)
         force = rotated(departure_at(work, i, p), force)
-        force = turned_by(work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i], force)
+        force = turned_by(*two_at(work, StepRow.COSINE, i), force)
         put_three(work, StepRow.SLOPE + 4, i, scaled(h, force))
     if not symmetric:  # of a symmetric body nothing else changes the momentum along the axis
         for i in range(NODES):
@@ -283,15 +286,15 @@ def _turns(start, h, own, work):
     constants = excesses(body), inverses, rotors, body[BodyRow.ALPHA]
     half, along = 0.5 * h, constants[0][1]
     if not symmetric:
-        _moments(start, work)
+        _momenta(start, work)
     for i in range(NODES):
         p = departure_at(work, i, p0)
         if symmetric:
             w = 0.0, 0.0, along * work[(StepRow.STAGE + 7) * NODES + i]
         else:
             w = _excess(three_at(work, StepRow.MOMENTUM, i), axial, constants)
-            w = turned_by(work[StepRow.SPIN_COSINE * NODES + i], work[StepRow.SPIN_SINE * NODES + i], w)
-        cosine, sine = work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i]
+            w = turned_by(*two_at(work, StepRow.SPIN_COSINE, i), w)
+        cosine, sine = two_at(work, StepRow.COSINE, i)
         a = scaled(half * across, turned_by(cosine, -sine, three_at(work, StepRow.STAGE + 4, i)))
         sums, differences, u = add_scaled(a, half, w), add_scaled(a, -half, w), (p[1], p[2], p[3])
         x, y, z = add_scaled(cross(differences, u), p[0], sums)

@@ -29,7 +29,16 @@ from .edge_search import (
 )
 from .orbit_path import piecewise_position, positions_and_velocities
 from .plate_layout import ARC_NODES, ArcRow
-from .plate_sources import add_torques, evaluate_sources, four_at, put_three, sum_forms, three_at
+from .plate_sources import (
+    add_torques,
+    evaluate_sources,
+    four_at,
+    put_three,
+    put_two,
+    sum_forms,
+    three_at,
+    two_at,
+)
 from .torque import eddies_of, eddy_damping, rate_of, user_torque
 
 MAX_SWEEPS, MAX_HALVINGS = 40, 40
@@ -256,13 +265,13 @@ def _evaluate_nodes(record, state, now, h, own, memory, world):
         work[ArcRow.PRECESSION * ARC_NODES + i] = cosine
         put_three(work, ArcRow.PRECESSION + 1, i, scaled(sine, L))
         sine, cosine = sine_cosine(phase * time, 0.0)
-        work[ArcRow.SPIN_SINE * ARC_NODES + i], work[ArcRow.SPIN_COSINE * ARC_NODES + i] = sine, cosine
-        work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i] = later(t, t_low, time)
+        put_two(work, ArcRow.SPIN_COSINE, i, (cosine, sine))
+        put_two(work, NodeRow.TIME, i, later(t, t_low, time))
     if orbit[0] != OrbitCode.NONE:
         positions_and_velocities(orbit, pieces, (1.0, 0.0, 0.0, 0.0), work, ARC_NODES)
     if sun[2] != 0.0:
         for i in range(ARC_NODES):
-            now, now_low = work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i]
+            now, now_low = two_at(work, NodeRow.TIME, i)
             place, _ = piecewise_position(sun_pieces, sun[0], sun[1], now, now_low)
             put_three(work, NodeRow.SUN, i, place)
     evaluate_sources(own[2], light, air, work)
@@ -312,10 +321,10 @@ def _polynomial(coefficients, y):
 
 @routine
 def _settle(record, state, h, limit, own, memory):
-    """(sweeps, whether the stages stand still to a limit, or to rounding); see `collocation`.
+    """Sweep until the stages change by less than a limit, or than rounding; as in `collocation`.
 
-    A body nearly at rest gains all its momentum in the first sweep; the turns of a thin one stand still to
-    the rounding of its momentum only.
+    Returns (sweeps, whether the stages have settled).  A body nearly at rest gains all its momentum in the
+    first sweep; the turns of a thin one settle to the rounding of its momentum only.
     """
     L, work, body = momentum_of(state), memory[0], record.body
     size = abs(L[0]) + abs(L[1]) + abs(L[2])
@@ -329,7 +338,7 @@ def _settle(record, state, h, limit, own, memory):
             for i in range((ArcRow.STAGE + 4) * ARC_NODES, (ArcRow.STAGE + 7) * ARC_NODES):
                 size = max(size, abs(work[i]))  # a body at rest has no other momentum than it gains
         gain = max(ratio, change / last)
-        if sweep > 0 and not change <= 1e3:  # sweeps go astray
+        if sweep > 0 and not change <= 1e3:  # sweeps diverge
             return sweep + 1, False
         if change * gain <= limit or (change >= 0.5 * last and change < rounding):
             return sweep + 1, True
@@ -355,10 +364,11 @@ def _slopes(record, state, own, memory):
         to_axes = four(body, BodyRow.TO_AXES)
         for i in range(ARC_NODES):
             q = product(four_at(work, ArcRow.PRECESSION, i), four_at(work, ArcRow.DEPARTURE, i))
-            cosine, sine = work[ArcRow.SPIN_COSINE * ARC_NODES + i], work[ArcRow.SPIN_SINE * ARC_NODES + i]
+            cosine, sine = two_at(work, ArcRow.SPIN_COSINE, i)
             q = turned_about_third(q, cosine, sine)
-            t = work[NodeRow.TIME * ARC_NODES + i] + work[NodeRow.TIME_LOW * ARC_NODES + i]
-            torque = user_torque(user_rows[k, EffectRow.VALUE], to_axes, t, q, three_at(work, ArcRow.RATE, i))
+            t, t_low = two_at(work, NodeRow.TIME, i)
+            rate = three_at(work, ArcRow.RATE, i)
+            torque = user_torque(user_rows[k, EffectRow.VALUE], to_axes, t + t_low, q, rate)
             put_three(work, ArcRow.TORQUE, i, add_scaled(three_at(work, ArcRow.TORQUE, i), 1.0, torque))
     for i in range(ARC_NODES):
         _slope_at_node(work, i, axial, across, (inverses, rotors, alpha, C))
@@ -378,7 +388,7 @@ def _at_node(work, i, starts, L, constants, fixed):
     put_three(work, ArcRow.DEPARTURE + 1, i, (p[1], p[2], p[3]))
     outer = rotated_back(four_at(work, ArcRow.PRECESSION, i), three_at(work, ArcRow.STAGE + 4, i))
     put_three(work, ArcRow.GAIN, i, outer)
-    cosine, sine = work[ArcRow.SPIN_COSINE * ARC_NODES + i], work[ArcRow.SPIN_SINE * ARC_NODES + i]
+    cosine, sine = two_at(work, ArcRow.SPIN_COSINE, i)
     w, x, y, z = turned_about_third(p, cosine, sine)
     x2, y2, z2 = x + x, y + y, z + z
     first = fma(-y2, y, fma(-z2, z, 1.0)), fma(x2, y, -w * z2), fma(x2, z, w * y2)
@@ -407,7 +417,7 @@ def _slope_at_node(work, i, axial, across, constants):
         fma(inverses[2] - across, m[2] - axial, alpha * inner[2]),
     )
     # turned by the spin, which stands between the departure and the body
-    half_c, half_s = work[ArcRow.SPIN_COSINE * ARC_NODES + i], work[ArcRow.SPIN_SINE * ARC_NODES + i]
+    half_c, half_s = two_at(work, ArcRow.SPIN_COSINE, i)
     c, s = fma(half_c, half_c, -half_s * half_s), 2.0 * half_c * half_s
     extra = fma(c, extra[0], -s * extra[1]), fma(s, extra[0], c * extra[1]), extra[2]
     p, outer = four_at(work, ArcRow.DEPARTURE, i), three_at(work, ArcRow.GAIN, i)

@@ -14,6 +14,12 @@ from .torque import ASTRONOMICAL_UNIT, dipole_field
 
 
 @inlined
+def two_at(work, row, i):
+    """Two numbers of node i, from `row` on."""
+    return work[row * ARC_NODES + i], work[(row + 1) * ARC_NODES + i]
+
+
+@inlined
 def three_at(work, row, i):
     """Three numbers of node i, from `row` on."""
     first = row * ARC_NODES + i
@@ -25,6 +31,12 @@ def four_at(work, row, i):
     """Four numbers of node i, from `row` on."""
     x, y, z = three_at(work, row + 1, i)
     return work[row * ARC_NODES + i], x, y, z
+
+
+@inlined
+def put_two(work, row, i, pair):
+    """Write two numbers of node i."""
+    work[row * ARC_NODES + i], work[(row + 1) * ARC_NODES + i] = pair
 
 
 @inlined
@@ -89,7 +101,7 @@ def _write_log_density(row, air, work, nodes):
     """Logarithm of the density at the nodes."""
     first, count = int(row[DragRow.AIR_FIRST]), int(row[DragRow.AIR_COUNT])
     for i in range(nodes):
-        now, now_low = work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i]
+        now, now_low = two_at(work, NodeRow.TIME, i)
         work[ArcRow.RATE * ARC_NODES + i] = log_density(air, first, count, now, now_low)
 
 
@@ -151,7 +163,7 @@ def _evaluate_field(row, work, nodes):
     fixed, cosines = three(row, DipoleRow.AXIS), three(row, DipoleRow.AXIS_COSINE)
     axis, turn_rate = (fixed, cosines, three(row, DipoleRow.AXIS_SINE)), pair_at(row, DipoleRow.TURN_RATE)
     for i in range(nodes):
-        t = work[NodeRow.TIME * ARC_NODES + i], work[NodeRow.TIME_LOW * ARC_NODES + i]
+        t = two_at(work, NodeRow.TIME, i)
         field = dipole_field(row[DipoleRow.STRENGTH], axis, turn_rate, t, three_at(work, NodeRow.POSITION, i))
         size = math.sqrt(dot(field, field))
         _put_source(work, i, scaled(1.0 / max(size, 1e-300), field), size)

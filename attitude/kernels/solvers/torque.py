@@ -22,6 +22,12 @@ ASTRONOMICAL_UNIT = 149597870700.0
 
 
 @inlined
+def two_at(work, row, i):
+    """Two numbers of node i, from `row` on."""
+    return work[row * NODES + i], work[(row + 1) * NODES + i]
+
+
+@inlined
 def three_at(work, row, i):
     """Three numbers of node i, from `row` on."""
     return work[row * NODES + i], work[(row + 1) * NODES + i], work[(row + 2) * NODES + i]
@@ -32,6 +38,12 @@ def four_at(work, row, i):
     """Four numbers of node i, from `row` on."""
     x, y, z = three_at(work, row + 1, i)
     return work[row * NODES + i], x, y, z
+
+
+@inlined
+def put_two(work, row, i, pair):
+    """Write two numbers of node i."""
+    work[row * NODES + i], work[(row + 1) * NODES + i] = pair
 
 
 @inlined
@@ -90,7 +102,7 @@ def directions_and_strengths(effects, frame, work):
             axis = fixed, cosines, rotated_back(frame, three(row, DipoleRow.AXIS_SINE))
             strength, turn_rate = row[DipoleRow.STRENGTH], pair_at(row, DipoleRow.TURN_RATE)
             for i in range(NODES):
-                t = work[NodeRow.TIME * NODES + i], work[NodeRow.TIME_LOW * NODES + i]
+                t = two_at(work, NodeRow.TIME, i)
                 field = dipole_field(strength, axis, turn_rate, t, three_at(work, NodeRow.POSITION, i))
                 _write_source(work, i, field, 1.0)
         copy_effect(work, StepRow.DIRECTION * NODES, (StepRow.EFFECTS + ROWS_PER_EFFECT * k) * NODES)
@@ -99,7 +111,7 @@ def directions_and_strengths(effects, frame, work):
 @inlined
 def _write_source(work, i, direction, strength):
     """Keep a direction, turned with the step about the momentum, and a strength."""
-    cosine, sine = work[StepRow.COSINE * NODES + i], work[StepRow.SINE * NODES + i]
+    cosine, sine = two_at(work, StepRow.COSINE, i)
     put_three(work, StepRow.DIRECTION, i, turned_by(cosine, -sine, direction))
     work[StepRow.STRENGTH * NODES + i] = strength
 
@@ -166,15 +178,17 @@ def torques(effects, body, start, frame, work):
             address, to_axes = row[EffectRow.VALUE], four(body, BodyRow.TO_AXES)
             for i in range(NODES):
                 rate = rate_of(inverses, rotors, three_at(work, StepRow.MOMENTUM, i))
-                t = work[NodeRow.TIME * NODES + i] + work[NodeRow.TIME_LOW * NODES + i]
-                _add(work, i, user_torque(address, to_axes, t, attitude_at(work, i, start, frame), rate))
+                t, t_low = two_at(work, NodeRow.TIME, i)
+                q = attitude_at(work, i, start, frame)
+                _add(work, i, user_torque(address, to_axes, t + t_low, q, rate))
 
 
 @inlined
 def _direction_seen(work, i, start):
     """The direction along the body's axes at node i."""
     v = rotated_back(departure_at(work, i, start), three_at(work, StepRow.DIRECTION, i))
-    return turned_by(work[StepRow.SPIN_COSINE * NODES + i], -work[StepRow.SPIN_SINE * NODES + i], v)
+    cosine, sine = two_at(work, StepRow.SPIN_COSINE, i)
+    return turned_by(cosine, -sine, v)
 
 
 @inlined
