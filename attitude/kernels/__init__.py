@@ -43,6 +43,7 @@ and in packages what other parts of the library need:
     gyrostat.attitudes     time -> phases -> alpha, beta -> quaternion and body rate
     solvers.orbit_path     position and velocity of the centre of mass on its orbit
     solvers.node_vectors   half rows of nodes as vectors of the processor: integrals of slopes, copies
+    solvers.node_rows      numbers at the nodes of a step
     solvers.torque         effects, time, attitude, rate -> torque, at all nodes of a step
     solvers.dense_output   states at instants, also within a step
     solvers.collocation    Gauss's collocation, order 32

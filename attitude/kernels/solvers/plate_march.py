@@ -33,6 +33,7 @@ from .plate_sources import (
     add_torques,
     evaluate_sources,
     four_at,
+    put_four,
     put_three,
     put_two,
     sum_forms,
@@ -262,8 +263,7 @@ def _evaluate_nodes(record, state, now, h, own, memory, world):
         time = work[ArcRow.NODE * ARC_NODES + i] * h
         sine, cosine = sine_cosine(half * time, 0.0)
         sine *= inverse
-        work[ArcRow.PRECESSION * ARC_NODES + i] = cosine
-        put_three(work, ArcRow.PRECESSION + 1, i, scaled(sine, L))
+        put_four(work, ArcRow.PRECESSION, i, (cosine, *scaled(sine, L)))
         sine, cosine = sine_cosine(phase * time, 0.0)
         put_two(work, ArcRow.SPIN_COSINE, i, (cosine, sine))
         put_two(work, NodeRow.TIME, i, later(t, t_low, time))
@@ -384,8 +384,7 @@ def _at_node(work, i, starts, L, constants, fixed):
         start[2] + (low[2] + stage[2]),
         start[3] + (low[3] + stage[3]),
     )
-    work[ArcRow.DEPARTURE * ARC_NODES + i] = p[0]
-    put_three(work, ArcRow.DEPARTURE + 1, i, (p[1], p[2], p[3]))
+    put_four(work, ArcRow.DEPARTURE, i, p)
     outer = rotated_back(four_at(work, ArcRow.PRECESSION, i), three_at(work, ArcRow.STAGE + 4, i))
     put_three(work, ArcRow.GAIN, i, outer)
     cosine, sine = two_at(work, ArcRow.SPIN_COSINE, i)
@@ -423,18 +422,11 @@ def _slope_at_node(work, i, axial, across, constants):
     p, outer = four_at(work, ArcRow.DEPARTURE, i), three_at(work, ArcRow.GAIN, i)
     left = product((0.0, across * outer[0], across * outer[1], across * outer[2]), p)
     right = product(p, (0.0, extra[0], extra[1], extra[2]))
-    work[ArcRow.SLOPE * ARC_NODES + i] = 0.5 * (left[0] + right[0])
-    put_three(
-        work,
-        ArcRow.SLOPE + 1,
-        i,
-        (0.5 * (left[1] + right[1]), 0.5 * (left[2] + right[2]), 0.5 * (left[3] + right[3])),
-    )
-    force = (
-        dot(three_at(work, ArcRow.ROTATION, i), total),
-        dot(three_at(work, ArcRow.ROTATION + 3, i), total),
-        dot(three_at(work, ArcRow.ROTATION + 6, i), total),
-    )
+    w, x, y, z = left[0] + right[0], left[1] + right[1], left[2] + right[2], left[3] + right[3]
+    put_four(work, ArcRow.SLOPE, i, (0.5 * w, 0.5 * x, 0.5 * y, 0.5 * z))
+    R = ArcRow.ROTATION
+    rows = three_at(work, R, i), three_at(work, R + 3, i), three_at(work, R + 6, i)
+    force = dot(rows[0], total), dot(rows[1], total), dot(rows[2], total)
     put_three(work, ArcRow.SLOPE + 4, i, rotated(four_at(work, ArcRow.PRECESSION, i), force))
 
 

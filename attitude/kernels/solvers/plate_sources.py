@@ -9,41 +9,11 @@ from ..intrinsics import fma, inlined, routine
 from ..layout import AIR_DEGREE, AirPiece, DipoleRow, DragRow, EffectCode, EffectRow, NodeRow, SolarRow
 from ..rotation import rotated_back
 from ..vectors import add_scaled, cross, dot, pair_at, scaled, three
+from .node_rows import accessors
 from .plate_layout import ARC_NODES, ArcRow, FormRow, Light, PlateFlag, PlateRow, ShadowModel, SourceRow
 from .torque import ASTRONOMICAL_UNIT, dipole_field
 
-
-@inlined
-def two_at(work, row, i):
-    """Two numbers of node i, from `row` on."""
-    return work[row * ARC_NODES + i], work[(row + 1) * ARC_NODES + i]
-
-
-@inlined
-def three_at(work, row, i):
-    """Three numbers of node i, from `row` on."""
-    first = row * ARC_NODES + i
-    return work[first], work[first + ARC_NODES], work[first + 2 * ARC_NODES]
-
-
-@inlined
-def four_at(work, row, i):
-    """Four numbers of node i, from `row` on."""
-    x, y, z = three_at(work, row + 1, i)
-    return work[row * ARC_NODES + i], x, y, z
-
-
-@inlined
-def put_two(work, row, i, pair):
-    """Write two numbers of node i."""
-    work[row * ARC_NODES + i], work[(row + 1) * ARC_NODES + i] = pair
-
-
-@inlined
-def put_three(work, row, i, vector):
-    """Write three numbers of node i."""
-    first = row * ARC_NODES + i
-    work[first], work[first + ARC_NODES], work[first + 2 * ARC_NODES] = vector
+two_at, three_at, four_at, put_two, put_three, put_four = accessors(ARC_NODES)
 
 
 @inlined

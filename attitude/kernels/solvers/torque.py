@@ -16,49 +16,11 @@ from ..layout import NODES, ROWS_PER_EFFECT, BodyRow, DipoleRow, EffectCode, Eff
 from ..phase import phase, sine_cosine
 from ..rotation import product, rotated, rotated_back
 from ..vectors import add_scaled, cross, dot, four, pair_at, scaled, three
+from .node_rows import accessors
 from .node_vectors import copy_effect
 
 ASTRONOMICAL_UNIT = 149597870700.0
-
-
-@inlined
-def two_at(work, row, i):
-    """Two numbers of node i, from `row` on."""
-    return work[row * NODES + i], work[(row + 1) * NODES + i]
-
-
-@inlined
-def three_at(work, row, i):
-    """Three numbers of node i, from `row` on."""
-    return work[row * NODES + i], work[(row + 1) * NODES + i], work[(row + 2) * NODES + i]
-
-
-@inlined
-def four_at(work, row, i):
-    """Four numbers of node i, from `row` on."""
-    x, y, z = three_at(work, row + 1, i)
-    return work[row * NODES + i], x, y, z
-
-
-@inlined
-def put_two(work, row, i, pair):
-    """Write two numbers of node i."""
-    work[row * NODES + i], work[(row + 1) * NODES + i] = pair
-
-
-@inlined
-def put_three(work, row, i, vector):
-    """Write three numbers of node i."""
-    work[row * NODES + i] = vector[0]
-    work[(row + 1) * NODES + i] = vector[1]
-    work[(row + 2) * NODES + i] = vector[2]
-
-
-@inlined
-def put_four(work, row, i, q):
-    """Write four numbers of node i."""
-    work[row * NODES + i] = q[0]
-    put_three(work, row + 1, i, (q[1], q[2], q[3]))
+two_at, three_at, four_at, put_two, put_three, put_four = accessors(NODES)
 
 
 @inlined
