@@ -114,8 +114,8 @@ def _put_source(work, i, direction, strength):
 
 @inlined
 def _evaluate_sunlight(row, light, work, nodes):
-    pressure = 0.0 if light == Light.DARK else row[SolarRow.PRESSURE]
-    strength = -pressure * (ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT)
+    strength = -row[SolarRow.PRESSURE] * (ASTRONOMICAL_UNIT * ASTRONOMICAL_UNIT)
+    strength = 0.0 if light == Light.DARK else strength
     for i in range(nodes):
         to_sun = add_scaled(three_at(work, NodeRow.SUN, i), -1.0, three_at(work, NodeRow.POSITION, i))
         distance2 = dot(to_sun, to_sun)
