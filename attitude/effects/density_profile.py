@@ -69,7 +69,7 @@ def instants_of(profile: DensityProfile) -> np.ndarray:
 def _instants(path: OrbitPath, start: float, stop: float) -> np.ndarray:
     """Ascending instants of the span with no more than one extremum of the altitude between three of them."""
     t = samples(path)
-    if path.is_ellipse:
+    if path.is_keplerian:
         t = t[::8]  # even in the eccentric anomaly: 90 a revolution
         first, last = np.floor((start - t[0]) / path.period), np.ceil((stop - t[0]) / path.period)
         t = (t + path.period * np.arange(first, last + 1.0)[:, None]).reshape(-1)
@@ -79,7 +79,7 @@ def _instants(path: OrbitPath, start: float, stop: float) -> np.ndarray:
 def _ends(path: OrbitPath, cuts: np.ndarray, start: float, stop: float) -> np.ndarray:
     """(k,) s: start, cuts, where the polynomials of an orbit meet, and stop; none close to the next."""
     ends = np.concatenate([[start], cuts])
-    if not path.is_ellipse:
+    if not path.is_keplerian:
         start_of_pieces, length = path.numbers[TableOrbit.START], path.numbers[TableOrbit.LENGTH]
         knots = start_of_pieces + length * np.arange(1, len(path.coefficients))
         ends = np.concatenate([ends, knots[(knots > start) & (knots < stop)]])
