@@ -6,14 +6,13 @@ attitude/runtime/__init__.py describes the way from a kernel's source to a call.
 from __future__ import annotations
 
 import ctypes
-from concurrent.futures import ThreadPoolExecutor
 from itertools import repeat
 from threading import RLock
 from typing import Any
 
 import numpy as np
 
-from . import kernel_cache, threads
+from . import kernel_cache
 from .signature import ELEMENTS, Signature
 
 LETTERS = {dtype: letter for letter, dtype in ELEMENTS.items()}
@@ -158,10 +157,9 @@ def compiled_with(signature: Signature) -> list[list[Signature]]:
 
 
 def compile_all() -> int:
-    """Compiles all missing kernels, as many groups at once as there are processors; returns their number."""
-    groups = [[group] for wing in WINGS for group in wing]
-    with _lock, ThreadPoolExecutor(threads.processors()) as pool:
-        return sum(pool.map(kernel_cache.compile_missing, groups))
+    """Compiles all missing kernels; returns their number."""
+    with _lock:
+        return kernel_cache.compile_missing([group for wing in WINGS for group in wing])
 
 
 def loaded() -> set[Signature]:

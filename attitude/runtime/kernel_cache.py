@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import cache
 from hashlib import sha256
@@ -22,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import AttitudeError
 from . import prebuilt
 from .signature import SOURCES, Signature
+from .threads import processors
 
 if TYPE_CHECKING:
     from llvmlite.binding import ExecutionEngine
@@ -80,29 +82,35 @@ def compile_missing(groups: list[list[Signature]]) -> int:
 
 
 def run_compilers(directory: Path, groups: list[list[Signature]], *options: str) -> None:
-    """Runs a compiler process for each group that is not empty, at the same time, into the directory."""
+    """Compiles each group that is not empty into the directory, in a process of its own.
+
+    As many processes run at once as there are processors.
+    """
+    compiler = [sys.executable, "-m", "attitude.runtime.compiler", *options]
+    # before the threads: `ast.parse`, which symbols need, fails where two threads call it (CPython 3.11)
+    files = [[str(directory / f"{signature.symbol}.o") for signature in group] for group in groups if group]
+    with ThreadPoolExecutor(processors()) as pool:
+        for failure in pool.map(run_compiler, [compiler + each for each in files]):
+            if failure:
+                raise AttitudeError(f"the kernels cannot be compiled: {failure}")
+
+
+def run_compiler(command: list[str]) -> str:
+    """Runs a compiler process; returns why it failed, or an empty text."""
     settings = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     packages = os.pathsep.join([str(SOURCES.parents[1]), settings.get("PYTHONPATH", "")]).rstrip(os.pathsep)
-    running = [
-        subprocess.Popen(
-            [
-                *(sys.executable, "-m", "attitude.runtime.compiler", *options),
-                *(str(directory / f"{signature.symbol}.o") for signature in group),
-            ],
-            env=settings | {"PYTHONPATH": packages, "NUMBA_OPT": "0"},
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        for group in groups
-        if group
-    ]
-    messages = [process.communicate()[1] for process in running]
-    for process, message in zip(running, messages, strict=True):
-        if process.returncode != 0:
-            lines = message.strip().splitlines() or [f"exit code {process.returncode}"]
-            reason = next((line for line in lines if re.match(r"[\w.]*Error:", line)), lines[-1])
-            raise AttitudeError(f"the kernels cannot be compiled: {reason}")
+    process = subprocess.run(
+        command,
+        env=settings | {"PYTHONPATH": packages, "NUMBA_OPT": "0"},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    if process.returncode == 0:
+        return ""
+    lines = process.stderr.strip().splitlines() or [f"exit code {process.returncode}"]
+    return next((line for line in lines if re.match(r"[\w.]*Error:", line)), lines[-1])
 
 
 # -- directories ------------------------------------------------------------------------------------------

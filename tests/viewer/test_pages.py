@@ -16,11 +16,10 @@ from starlette.testclient import TestClient
 
 from attitude.formats.registry import FORMATS
 from service import create_app
-from service.routes import PAGES
-from service.routes import VIEWER as BUNDLE
+from service.routes import HERE, PAGES
 from service.settings import Settings
 
-VIEWER = BUNDLE.parent
+VIEWER, BUNDLE = HERE / "viewer", HERE / "viewer/dist"
 VIEWER_FILES = [path.rpartition("/")[2] for path in PAGES if path.startswith("/viewer/")]
 ROOT = VIEWER.parents[1]
 MEDIA = {

@@ -16,9 +16,9 @@ from attitude.cost.cell import Cell
 from attitude.cost.report import Report
 from attitude.formats.registry import FORMATS
 from attitude.scene.builtin_scenes import builtin_names
-from service.routes import VIEWER as BUNDLE
+from service.routes import HERE
 
-SOURCES = BUNDLE.parent / "src"
+SOURCES = HERE / "viewer/src"
 REFUSED = re.compile(r"Failed to load resource: the server responded with a status of (4\d\d|503)")
 
 
