@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
 import tomllib
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 
 from attitude import AttitudeError, RigidBody, TorqueFreeMotion
-from attitude.runtime import compiled, numba_internals, signature
+from attitude.runtime import compiled, kernel_cache, numba_internals, signature
 from attitude.runtime.signature import Signature, modules_of, source_digest
 
 # One kernel of little code, in a process that has nothing else to compile.
@@ -184,3 +185,24 @@ def test_digest_is_of_every_module_that_python_imports_for_a_kernel():
     run = subprocess.run([sys.executable, "-c", IMPORTED, *names], capture_output=True, text=True, check=True)
     for name, line in zip(names, run.stdout.splitlines(), strict=True):
         assert set(line.split()) == modules_of(name)
+
+
+def test_kernel_is_called_while_all_are_compiled(monkeypatch):
+    arrays = [np.ones(1) for _ in range(4)]
+    compiled.days_from_seconds(*arrays)  # compiled, or kept
+    begun, release = threading.Event(), threading.Event()
+
+    def compile_missing(groups):
+        begun.set()
+        release.wait(5.0)
+        return 0
+
+    monkeypatch.setattr(kernel_cache, "compile_missing", compile_missing)
+    monkeypatch.setattr(compiled.days_from_seconds, "_functions", {})  # as in a process that has just started
+    thread = threading.Thread(target=compiled.compile_all)
+    thread.start()
+    begun.wait()
+    compiled.days_from_seconds(*arrays)
+    assert thread.is_alive()
+    release.set()
+    thread.join()

@@ -19,7 +19,7 @@ LETTERS = {dtype: letter for letter, dtype in ELEMENTS.items()}
 DOUBLES = ELEMENTS["d"]
 SCALARS = {"f": ctypes.c_double, "i": ctypes.c_int64, "n": ctypes.c_void_p}
 
-_lock = RLock()  # one thread at a time looks up, compiles and loads
+_loading, _compiling = RLock(), RLock()  # one thread at a time loads; one compiles what a call needs
 _unread = ctypes.create_string_buffer(8)  # for the result and the exception of a kernel, which has neither
 _UNREAD = ctypes.addressof(_unread)
 
@@ -52,9 +52,10 @@ class Kernel:
 
     def _function(self, kinds: tuple[str, ...]) -> Any:
         signature = self.signature(kinds)
-        with _lock:
-            if not kernel_cache.is_kept(signature):
+        if not kernel_cache.is_kept(signature):
+            with _compiling:
                 kernel_cache.compile_missing(compiled_with(signature))
+        with _loading:
             return prototype(kinds)(kernel_cache.address(signature))
 
 
@@ -157,9 +158,11 @@ def compiled_with(signature: Signature) -> list[list[Signature]]:
 
 
 def compile_all() -> int:
-    """Compiles all missing kernels; returns their number."""
-    with _lock:
-        return kernel_cache.compile_missing([group for wing in WINGS for group in wing])
+    """Compiles all missing kernels; returns their number.
+
+    A thread that calls one of them during this compiles that one itself instead of waiting for all.
+    """
+    return kernel_cache.compile_missing([group for wing in WINGS for group in wing])
 
 
 def loaded() -> set[Signature]:

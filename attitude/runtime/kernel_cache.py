@@ -87,7 +87,6 @@ def run_compilers(directory: Path, groups: list[list[Signature]], *options: str)
     As many processes run at once as there are processors.
     """
     compiler = [sys.executable, "-m", "attitude.runtime.compiler", *options]
-    # before the threads: `ast.parse`, which symbols need, fails where two threads call it (CPython 3.11)
     files = [[str(directory / f"{signature.symbol}.o") for signature in group] for group in groups if group]
     with ThreadPoolExecutor(processors()) as pool:
         for failure in pool.map(run_compiler, [compiler + each for each in files]):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import ast
+import re
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -16,6 +16,8 @@ from ..kernels.solvers.plate_layout import MARCHED
 
 SOURCES = Path(kernels.__file__).parent
 COMPILER = Path(__file__).with_name("compiler.py")
+# Dots, module or nothing, and names of a relative import; two threads cannot call `ast.parse` (CPython 3.11)
+IMPORT = re.compile(r"^from (\.+)([\w.]*) import (.+)$", re.MULTILINE)
 ELEMENTS = {
     "d": np.dtype(np.float64),
     "b": np.dtype(np.bool_),
@@ -72,9 +74,7 @@ def source_of(module: str) -> Path:
 def modules_of(module: str) -> frozenset[str]:
     """The module, and all modules of kernels that it imports, directly or not."""
     package, imported = module.split(".")[:-1], []
-    for node in ast.walk(ast.parse(source_of(module).read_text())):
-        if isinstance(node, ast.ImportFrom) and node.level:
-            base = package[: len(package) + 1 - node.level]
-            names = [node.module] if node.module else [alias.name for alias in node.names]
-            imported += [".".join([*base, name]) for name in names]
+    for dots, source, names in IMPORT.findall(source_of(module).read_text()):
+        base = package[: len(package) + 1 - len(dots)]
+        imported += [".".join([*base, name]) for name in ([source] if source else names.split(", "))]
     return frozenset([module]).union(*map(modules_of, imported))
