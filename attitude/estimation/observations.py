@@ -184,6 +184,9 @@ class Attitudes(ObservationSet):
             raise InputError(
                 "observations", f"shape {data.shape}", "an ephemeris of one body at a list of instants"
             )
+        if data.frame in rotations.TURNING_FRAMES:
+            expected = 'attitudes in an inertial frame, as `in_frame("GCRF")` of the ephemeris makes them'
+            raise InputError("observations", data.frame, expected)
         times = data.elapsed if data.epoch is None else data.time
         return cls(times, sigma, label, data.frame, data.quaternion("wxyz"), "wxyz")
 

@@ -332,6 +332,10 @@ def put(array_index, index, value):
             lambda: simulated.Directions(SECONDS, 1.0, body=(0, 0, 0), inertial=(1, 0, 0)),
             "a direction, not zero",
         ),
+        (
+            lambda: Scene.builtin("explorer-1").run()[:9].in_frame("TEME"),
+            r'in an inertial frame, as `in_frame\("GCRF"\)` of the ephemeris makes them; got \'TEME\'',
+        ),
     ],
 )
 def test_values_that_are_none_are_refused(make, message):
